@@ -1,0 +1,2 @@
+//! Portable core.
+#![no_std]

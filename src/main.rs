@@ -1,0 +1,2 @@
+//! Firmware image.
+fn main() {}

@@ -1,0 +1,2 @@
+//! The stillbeam command.
+fn main() {}

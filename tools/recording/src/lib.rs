@@ -1,1 +1,28 @@
-//! Stillbeam recording.
+//! Recordings of an experiment: time stamps, named columns with units, and nothing guessed.
+//!
+//! A recording is a CSV file whose first line is the header, whose first column is `time_s` and whose
+//! column names end in their unit (`force_N`, `tip_deflection_m`). Stamps increase strictly but need not
+//! be uniform; a missing value is an empty cell, [`f64::NAN`] in memory. A side file of the same stem,
+//! `.toml`, may carry a [`Role`] and free-form notes.
+//!
+//! ```
+//! use stillbeam_recording::{parse_csv, Recording};
+//! let text = "time_s,tip_deflection_m\n0,0\n0.01,1e-6\n0.02,\n0.03,3e-6\n";
+//! let recording: Recording = parse_csv(text.as_bytes(), "example.csv")?;
+//! assert_eq!(recording.column("tip_deflection_m")?[1], 1e-6);
+//! assert!(recording.column("tip_deflection_m")?[2].is_nan());
+//! # Ok::<(), stillbeam_recording::RecordingError>(())
+//! ```
+//!
+//! Bad input is a [`RecordingError`] that names file, row, column and the remedy; reading never panics.
+
+mod csv_reader;
+mod csv_writer;
+mod error;
+mod recording;
+mod side_file;
+
+pub use csv_reader::{parse_csv, read_csv};
+pub use csv_writer::{to_csv, write_csv};
+pub use error::{Problem, RecordingError};
+pub use recording::{Column, MIN_SAMPLES, Recording, Role, TIME_COLUMN};

@@ -1,0 +1,192 @@
+//! What can be wrong with a recording, where, and what to do about it.
+
+use thiserror::Error;
+
+/// A recording that cannot be used as it is: which one, and why.
+#[derive(Debug, Error)]
+#[error("{file}: {problem}")]
+pub struct RecordingError {
+    /// The file's path, or the recording's name when it did not come from a file.
+    pub file: String,
+    /// What is wrong, where in the file, and the remedy.
+    pub problem: Problem,
+}
+
+impl RecordingError {
+    /// Ties a problem to the recording it was found in.
+    pub fn new(file: impl Into<String>, problem: Problem) -> Self {
+        Self {
+            file: file.into(),
+            problem,
+        }
+    }
+}
+
+/// The problem itself. `row` is the 1-based line of the file, the header being line 1.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file could not be opened, read or written.
+    #[error("cannot be read or written: {0}; check that the path exists and is accessible")]
+    Io(std::io::Error),
+    /// There is nothing in the file.
+    #[error(
+        "the file is empty; a recording starts with a header line such as `time_s,tip_deflection_m`"
+    )]
+    Empty,
+    /// The first line holds numbers.
+    #[error("row 1 holds numbers, not names; add a header line such as `time_s,tip_deflection_m`")]
+    NoHeader,
+    /// Bytes that are not UTF-8 text.
+    #[error("row {row} is not UTF-8 text; save the file as plain UTF-8 CSV")]
+    NotUtf8 {
+        /// Line of the file.
+        row: u64,
+    },
+    /// The first column is not the time.
+    #[error(
+        "the first column is `{found}`, not `time_s`; put the time in seconds first, columns separated by commas"
+    )]
+    FirstColumnNotTime {
+        /// The name found instead.
+        found: String,
+    },
+    /// There is a time and nothing else.
+    #[error("there is no column besides `time_s`; add at least one measured column")]
+    NoDataColumn,
+    /// Two columns carry the same name.
+    #[error(
+        "column `{column}` appears more than once (columns {first} and {second}); rename or remove one"
+    )]
+    DuplicateColumn {
+        /// The repeated name.
+        column: String,
+        /// 1-based position of the first one.
+        first: usize,
+        /// 1-based position of the second one.
+        second: usize,
+    },
+    /// A column name that does not end in a unit.
+    #[error(
+        "column {position} is named `{column}`, which does not end in a unit; name it like `tip_deflection_m` or `force_N`"
+    )]
+    ColumnWithoutUnit {
+        /// The name found.
+        column: String,
+        /// 1-based position of the column.
+        position: usize,
+    },
+    /// A row with more or fewer cells than the header.
+    #[error(
+        "row {row} has {found} cells where the header has {expected}; leave a missing value as an empty cell between its commas"
+    )]
+    RaggedRow {
+        /// Line of the file.
+        row: u64,
+        /// Cells in the header.
+        expected: usize,
+        /// Cells in this row.
+        found: usize,
+    },
+    /// A cell that is not a number.
+    #[error(
+        "row {row}, column `{column}`: `{text}` is not a number; write decimals with a point and leave missing values empty"
+    )]
+    NotANumber {
+        /// Line of the file.
+        row: u64,
+        /// Name of the column.
+        column: String,
+        /// The cell, shortened.
+        text: String,
+    },
+    /// NaN or an infinity, written out or from a number too large for `f64`.
+    #[error(
+        "row {row}, column `{column}`: `{text}` is not a finite number; leave missing values empty"
+    )]
+    NotFinite {
+        /// Line of the file.
+        row: u64,
+        /// Name of the column.
+        column: String,
+        /// The cell, shortened.
+        text: String,
+    },
+    /// A row without a time stamp.
+    #[error("row {row}: the time stamp is missing; remove the row or fill in its time")]
+    MissingTime {
+        /// Line of the file.
+        row: u64,
+    },
+    /// A time stamp that is not later than the one before.
+    #[error(
+        "row {row}, column `time_s`: {time_s} s does not come after {previous_s} s in the row before; \
+         sort the rows, remove repeated ones, and record stamps finely enough to tell samples apart"
+    )]
+    TimeNotIncreasing {
+        /// Line of the file.
+        row: u64,
+        /// The stamp before, in seconds.
+        previous_s: f64,
+        /// The stamp at fault, in seconds.
+        time_s: f64,
+    },
+    /// Too short to say anything.
+    #[error("{found} samples; a recording needs at least {required}")]
+    TooFewSamples {
+        /// Samples found.
+        found: usize,
+        /// Samples required.
+        required: usize,
+    },
+    /// A column whose length differs from the time's (only possible for recordings built in memory).
+    #[error(
+        "column `{column}` has {found} samples and `time_s` has {expected}; give every column one sample per stamp"
+    )]
+    ColumnLength {
+        /// Name of the column.
+        column: String,
+        /// Samples in `time_s`.
+        expected: usize,
+        /// Samples in the column.
+        found: usize,
+    },
+    /// A column that was asked for and is not there.
+    #[error(
+        "there is no column `{column}`; the columns are {}; name one of these",
+        list(present)
+    )]
+    MissingColumn {
+        /// The name asked for.
+        column: String,
+        /// The names there are.
+        present: Vec<String>,
+    },
+    /// A column that was asked for holds no value at all.
+    #[error("column `{column}` holds no value; choose another column or record it again")]
+    EmptyColumn {
+        /// Name of the column.
+        column: String,
+    },
+    /// The side file cannot be understood.
+    #[error("side file {side_file}: {reason}; correct or remove it")]
+    SideFile {
+        /// Path of the side file.
+        side_file: String,
+        /// What the reader said.
+        reason: String,
+    },
+    /// The CSV layer refused the bytes for another reason.
+    #[error("row {row}: not readable as CSV: {reason}; save the file as comma-separated text")]
+    Malformed {
+        /// Line of the file.
+        row: u64,
+        /// What the CSV reader said.
+        reason: String,
+    },
+}
+
+fn list(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}

@@ -1,1 +1,4 @@
-//! Emulator driver and fixtures.
+//! Tests of the firmware on the host: its portable core under std, and its unmodified release
+//! image on an emulated board.
+
+pub mod emulator;

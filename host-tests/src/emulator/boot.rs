@@ -1,0 +1,182 @@
+//! The start-up of the image, with every access to the covered registers served by the driver.
+
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+use super::clock_cover::ClockCover;
+use super::error::EmulatorError;
+use super::image::{BOOT_COMPLETE_SYMBOL, ImageSymbols};
+use super::rsp::{RspClient, RspError};
+use super::thumb::{self, Direction, Offset, UnsupportedInstruction};
+
+const PC: u8 = 15;
+const PROGRAM_STATUS: u8 = 25;
+
+/// What happened during the start-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BootReport {
+    /// Number of register accesses that the driver served.
+    pub served_accesses: usize,
+    /// Wall-clock time from the first instruction to the end of the start-up.
+    pub duration: Duration,
+}
+
+/// Why the start-up failed; the caller adds what the emulator printed.
+#[derive(Debug)]
+pub(super) enum BootFailure {
+    Link(RspError),
+    Emulator(EmulatorError),
+}
+
+impl From<RspError> for BootFailure {
+    fn from(error: RspError) -> Self {
+        Self::Link(error)
+    }
+}
+
+impl From<EmulatorError> for BootFailure {
+    fn from(error: EmulatorError) -> Self {
+        Self::Emulator(error)
+    }
+}
+
+/// Runs a CPU that is stopped at reset up to the end of its start-up, then lets go of it.
+pub(super) fn boot<S: Read + Write>(
+    mut client: RspClient<S>,
+    symbols: &ImageSymbols,
+    limit: Duration,
+) -> Result<BootReport, BootFailure> {
+    for region in ClockCover::REGIONS {
+        client.watch(region.base, region.length)?;
+    }
+    client.break_at(symbols.boot_complete())?;
+    let report = StartUp {
+        client: &mut client,
+        symbols,
+        cover: ClockCover::default(),
+        served: 0,
+        last_access: None,
+    }
+    .run(limit)?;
+    for region in ClockCover::REGIONS {
+        client.unwatch(region.base, region.length)?;
+    }
+    client.unbreak(symbols.boot_complete())?;
+    client.detach()?;
+    Ok(report)
+}
+
+struct StartUp<'a, S> {
+    client: &'a mut RspClient<S>,
+    symbols: &'a ImageSymbols,
+    cover: ClockCover,
+    served: usize,
+    last_access: Option<(Direction, u32, u32)>,
+}
+
+impl<S: Read + Write> StartUp<'_, S> {
+    fn run(mut self, limit: Duration) -> Result<BootReport, BootFailure> {
+        let begun = Instant::now();
+        loop {
+            // A start-up that polls a covered register for ever never stops by itself.
+            let left = limit.saturating_sub(begun.elapsed());
+            if left.is_zero() {
+                return Err(self.timed_out(limit)?.into());
+            }
+            let stop = match self.client.resume(left) {
+                Err(RspError::Timeout { .. }) => {
+                    self.client.interrupt()?;
+                    return Err(self.timed_out(limit)?.into());
+                }
+                other => other?,
+            };
+            let pc = self.client.register(PC)?;
+            if stop.watchpoint.is_some() {
+                self.serve(pc)?;
+            } else if pc == self.symbols.boot_complete() {
+                return Ok(BootReport {
+                    served_accesses: self.served,
+                    duration: begun.elapsed(),
+                });
+            } else {
+                return Err(BootFailure::Emulator(EmulatorError::UnexpectedStop {
+                    location: self.symbols.describe(pc),
+                    signal: stop.signal,
+                }));
+            }
+        }
+    }
+
+    /// Does what the instruction at `pc` asks for, on the register file, and steps over it.
+    fn serve(&mut self, pc: u32) -> Result<(), BootFailure> {
+        let bytes = self.client.memory(pc, 4)?;
+        let (first, second) = match *bytes.as_slice() {
+            [a, b, c, d] => (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])),
+            // `memory` has checked the length.
+            _ => (0, 0),
+        };
+        let refused =
+            |source: UnsupportedInstruction, symbols: &ImageSymbols| EmulatorError::Instruction {
+                location: symbols.describe(pc),
+                source,
+            };
+        let access =
+            thumb::decode(first, second).map_err(|source| refused(source, self.symbols))?;
+        let base_value = self.client.register(access.base)?;
+        let index_value = match access.offset {
+            Offset::Immediate(_) => 0,
+            Offset::Register { index, .. } => self.client.register(index)?,
+        };
+        let (address, written_back) = access.resolve(base_value, index_value);
+        if !ClockCover::covers(address) {
+            return Err(BootFailure::Emulator(EmulatorError::Stray {
+                location: self.symbols.describe(pc),
+                address,
+            }));
+        }
+        let value = match access.direction {
+            Direction::Load => {
+                let value = self.cover.read(address);
+                self.client.set_register(access.transfer, value)?;
+                value
+            }
+            Direction::Store => {
+                let value = self.client.register(access.transfer)?;
+                self.cover.write(address, value);
+                value
+            }
+        };
+        if let Some(base) = written_back {
+            self.client.set_register(access.base, base)?;
+        }
+        let status = self.client.register(PROGRAM_STATUS)?;
+        let advanced = thumb::advance_it_block(status);
+        if advanced != status {
+            self.client.set_register(PROGRAM_STATUS, advanced)?;
+        }
+        self.client.set_register(PC, pc + access.length)?;
+        self.served += 1;
+        self.last_access = Some((access.direction, address, value));
+        Ok(())
+    }
+
+    fn timed_out(&mut self, limit: Duration) -> Result<EmulatorError, BootFailure> {
+        let pc = self.client.register(PC)?;
+        let last_access = match self.last_access {
+            None => "none".to_owned(),
+            Some((Direction::Load, address, value)) => {
+                format!("a read of {value:#x} at {address:#010x}")
+            }
+            Some((Direction::Store, address, value)) => {
+                format!("a write of {value:#x} to {address:#010x}")
+            }
+        };
+        Ok(EmulatorError::BootTimeout {
+            symbol: BOOT_COMPLETE_SYMBOL,
+            limit,
+            location: self.symbols.describe(pc),
+            served: self.served,
+            last_access,
+        })
+    }
+}

@@ -1,0 +1,206 @@
+//! The unmodified release image on an emulated STM32F405.
+//!
+//! [`Emulator::boot`] starts QEMU with the CPU held in reset, serves the clock registers that QEMU
+//! does not model until the image reports that its start-up is over, and lets it run. From then on
+//! the image has a serial port like any board: [`Emulator::serial_port`].
+
+mod boot;
+pub mod clock_cover;
+mod error;
+mod image;
+mod process;
+pub mod rsp;
+mod serial;
+pub mod thumb;
+mod version;
+
+use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+pub use boot::BootReport;
+pub use error::EmulatorError;
+pub use image::BOOT_COMPLETE_SYMBOL;
+pub use version::{OLDEST_MAJOR, QemuVersion};
+
+use boot::BootFailure;
+use image::ImageSymbols;
+use process::QemuProcess;
+use rsp::RspClient;
+use serial::HeldSerial;
+use tempfile::TempDir;
+
+/// How to run the emulator.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct EmulatorOptions {
+    /// The program; found on the search path by default.
+    pub qemu: PathBuf,
+    /// An instruction takes 2^shift ns of virtual time.
+    pub shift: u8,
+    /// Wall-clock limit for QEMU to open its debug link and serial port.
+    pub start_limit: Duration,
+    /// Wall-clock limit for the image's start-up.
+    pub boot_limit: Duration,
+}
+
+impl Default for EmulatorOptions {
+    fn default() -> Self {
+        Self {
+            qemu: PathBuf::from("qemu-system-arm"),
+            shift: 3,
+            start_limit: Duration::from_secs(10),
+            boot_limit: Duration::from_secs(20),
+        }
+    }
+}
+
+/// A running board. Dropping it ends the emulator.
+#[derive(Debug)]
+pub struct Emulator {
+    // Fields drop in this order: the process ends before its terminal and directory go.
+    process: QemuProcess,
+    serial: HeldSerial,
+    report: BootReport,
+    version: QemuVersion,
+    _directory: TempDir,
+}
+
+impl Emulator {
+    /// Boots an image (an ELF file with the function [`BOOT_COMPLETE_SYMBOL`]).
+    ///
+    /// # Errors
+    ///
+    /// [`EmulatorError`], each with what to do about it: no emulator or an old one, not an image,
+    /// a start-up that does not end, an access that cannot be served.
+    pub fn boot(image: &Path, options: &EmulatorOptions) -> Result<Self, EmulatorError> {
+        let symbols = ImageSymbols::read(image)?;
+        let version = version::check(&options.qemu)?;
+        let directory = tempfile::Builder::new()
+            .prefix("stillbeam-emulator-")
+            .tempdir()
+            .map_err(|source| EmulatorError::system("making a temporary directory", source))?;
+        let gdb = directory.path().join("gdb");
+        let terminal = directory.path().join("serial");
+        let mut process = QemuProcess::start(
+            &options.qemu,
+            &arguments(image, options.shift, &gdb, &terminal),
+            &directory.path().join("output"),
+        )?;
+        let deadline = Instant::now() + options.start_limit;
+        let serial = wait_for(&mut process, deadline, "its serial port", || {
+            HeldSerial::open(&terminal)
+        })?;
+        let link = wait_for(&mut process, deadline, "its debug link", || {
+            let stream = UnixStream::connect(&gdb)?;
+            // Short, so that the protocol's own limits are kept.
+            stream.set_read_timeout(Some(Duration::from_millis(100)))?;
+            Ok(stream)
+        })?;
+        let report =
+            boot::boot(RspClient::new(link), &symbols, options.boot_limit).map_err(|failure| {
+                match failure {
+                    BootFailure::Emulator(error) => error,
+                    BootFailure::Link(source) => EmulatorError::Link {
+                        source,
+                        output: process.output(),
+                    },
+                }
+            })?;
+        Ok(Self {
+            process,
+            serial,
+            report,
+            version,
+            _directory: directory,
+        })
+    }
+
+    /// The pseudo-terminal that is the board's serial port; open it like any serial port.
+    pub fn serial_port(&self) -> &Path {
+        self.serial.path()
+    }
+
+    /// How the start-up went.
+    pub fn boot_report(&self) -> BootReport {
+        self.report
+    }
+
+    /// The emulator's version.
+    pub fn version(&self) -> QemuVersion {
+        self.version
+    }
+
+    /// The emulator's process number.
+    pub fn process_id(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// Checks that the emulator still runs.
+    ///
+    /// # Errors
+    ///
+    /// [`EmulatorError::Process`] with what it printed where it has ended.
+    pub fn check_running(&mut self) -> Result<(), EmulatorError> {
+        match self.process.ended() {
+            None => Ok(()),
+            Some(status) => Err(EmulatorError::Process {
+                what: format!("the emulator ended ({status})"),
+                output: self.process.output(),
+            }),
+        }
+    }
+}
+
+fn arguments(image: &Path, shift: u8, gdb: &Path, terminal: &Path) -> Vec<String> {
+    // QEMU separates suboptions by commas and writes a literal comma twice.
+    let quoted = |path: &Path| path.display().to_string().replace(',', ",,");
+    [
+        "-M".to_owned(),
+        "olimex-stm32-h405".to_owned(),
+        "-nodefaults".to_owned(),
+        "-nographic".to_owned(),
+        "-monitor".to_owned(),
+        "none".to_owned(),
+        "-chardev".to_owned(),
+        format!("pty,id=serial,path={}", quoted(terminal)),
+        "-serial".to_owned(),
+        "chardev:serial".to_owned(),
+        "-icount".to_owned(),
+        format!("shift={shift},sleep=off"),
+        "-S".to_owned(),
+        "-gdb".to_owned(),
+        format!("unix:{},server=on,wait=off", quoted(gdb)),
+        "-kernel".to_owned(),
+        image.display().to_string(),
+    ]
+    .to_vec()
+}
+
+/// Tries `open` until it works, the emulator ends or time is up.
+fn wait_for<T>(
+    process: &mut QemuProcess,
+    deadline: Instant,
+    what: &str,
+    mut open: impl FnMut() -> std::io::Result<T>,
+) -> Result<T, EmulatorError> {
+    loop {
+        let error = match open() {
+            Ok(opened) => return Ok(opened),
+            Err(error) => error,
+        };
+        let failure = match process.ended() {
+            Some(status) => format!("the emulator ended before it opened {what} ({status})"),
+            None if Instant::now() >= deadline => {
+                format!("the emulator did not open {what}: {error}")
+            }
+            None => {
+                std::thread::sleep(Duration::from_millis(1));
+                continue;
+            }
+        };
+        return Err(EmulatorError::Process {
+            what: failure,
+            output: process.output(),
+        });
+    }
+}

@@ -1,0 +1,117 @@
+//! Input from which no modes can be had, and what to do about it.
+
+use stillbeam_recording::RecordingError;
+use thiserror::Error;
+
+/// Why no modes could be identified.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum IdentifyError {
+    /// The recording itself is at fault: a missing column, for instance.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Too few rows carry what the fit needs.
+    #[error(
+        "{recording}: column `{column}` has {found} usable samples{context}; at least {required} are needed: record longer or faster"
+    )]
+    TooFewSamples {
+        /// Name of the recording.
+        recording: String,
+        /// The column that is short.
+        column: String,
+        /// Samples that can be used.
+        found: usize,
+        /// Samples needed.
+        required: usize,
+        /// Where they were counted.
+        context: &'static str,
+    },
+    /// The input never changes.
+    #[error(
+        "{recording}: input column `{column}` is constant ({value}), so nothing was excited; choose the moving input, or leave it out to read a free decay"
+    )]
+    NoExcitation {
+        /// Name of the recording.
+        recording: String,
+        /// The input column.
+        column: String,
+        /// Its constant value.
+        value: f64,
+    },
+    /// The output never changes.
+    #[error("{recording}: output column `{column}` is constant ({value}); check the sensor and its cable")]
+    NoResponse {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// Its constant value.
+        value: f64,
+    },
+    /// The unit does not say what the column is.
+    #[error(
+        "{recording}: column `{column}` ends in the unit `{unit}`, which does not say {wanted}; state it in the options or give the column an SI unit"
+    )]
+    AmbiguousUnit {
+        /// Name of the recording.
+        recording: String,
+        /// The column.
+        column: String,
+        /// Its unit.
+        unit: String,
+        /// What could not be told from it.
+        wanted: &'static str,
+    },
+    /// Fewer modes stand out than were asked for.
+    #[error(
+        "{recording}: {requested} modes were asked for but only {found} stand out of column `{column}` (at {} Hz); ask for fewer, or excite the others",
+        frequencies(frequencies_hz)
+    )]
+    TooFewPeaks {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// Modes asked for.
+        requested: usize,
+        /// Modes found.
+        found: usize,
+        /// Where they were found, Hz.
+        frequencies_hz: Vec<f64>,
+    },
+    /// Nothing in the output looks like a mode.
+    #[error(
+        "{recording}: column `{column}` shows no resonance above its noise; check that it is the response, and that the excitation covers the modes"
+    )]
+    NoPeaks {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+    },
+    /// An option is out of its range.
+    #[error("option `{option}` is {value}; {remedy}")]
+    BadOption {
+        /// Name of the option.
+        option: &'static str,
+        /// The value given.
+        value: String,
+        /// What it may be.
+        remedy: &'static str,
+    },
+    /// The fit met values it cannot compute with.
+    #[error(
+        "{recording}: the fit of column `{column}` met values too large or too small to compute with; check the units of the columns"
+    )]
+    NotComputable {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+    },
+}
+
+fn frequencies(list: &[f64]) -> String {
+    let shown: Vec<String> = list.iter().map(|f| format!("{f:.4}")).collect();
+    if shown.is_empty() { "no".to_owned() } else { shown.join(", ") }
+}

@@ -1,0 +1,281 @@
+//! Levenberg-Marquardt for a few bounded parameters, on residual vectors of any length.
+//!
+//! Marquardt's scaling (damping in units of the curvature of each parameter), Nielsen's update of the
+//! damping, steps projected into the box, and parameters that press against a bound left out of the step.
+//! K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, section 3.2.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use crate::tall::dot;
+
+/// One parameter of a fit, in the coordinates of the search (logarithms for positive quantities).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Where the search starts; moved into the box when it lies outside.
+    pub start: f64,
+    /// Lower bound.
+    pub lower: f64,
+    /// Upper bound.
+    pub upper: f64,
+    /// The largest change that one step may make.
+    pub max_step: f64,
+}
+
+/// A sum of squares to be made small.
+pub trait LeastSquares {
+    /// What evaluating the residuals leaves behind for the Jacobian.
+    type Point;
+
+    /// Evaluates the residuals; `None` where the model cannot be evaluated.
+    fn at(&self, parameters: &[f64]) -> Option<Self::Point>;
+
+    /// The residuals of an evaluated point.
+    fn residuals<'p>(&self, point: &'p Self::Point) -> &'p [f64];
+
+    /// One column per parameter: the derivative of every residual.
+    fn jacobian(&self, parameters: &[f64], point: &Self::Point) -> Vec<Vec<f64>>;
+}
+
+/// Why the search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StopReason {
+    /// The residuals are orthogonal to every direction that is still free: a minimum.
+    GradientSmall,
+    /// The next step would change nothing.
+    StepSmall,
+    /// Neither the last step nor its prediction reduced the sum of squares noticeably.
+    ReductionSmall,
+    /// No step, however short, reduced the sum of squares.
+    Stalled,
+    /// The limit on the number of steps was reached; the result is not a minimum.
+    IterationLimit,
+}
+
+impl StopReason {
+    /// Whether the result is a minimum to numerical accuracy.
+    pub fn converged(self) -> bool {
+        !matches!(self, Self::IterationLimit)
+    }
+}
+
+/// Where the search ended.
+#[derive(Debug, Clone)]
+pub struct Minimum<P> {
+    /// Parameters, inside their bounds.
+    pub parameters: Vec<f64>,
+    /// The evaluated point.
+    pub point: P,
+    /// Sum of the squared residuals.
+    pub sum_of_squares: f64,
+    /// Why the search ended.
+    pub stop_reason: StopReason,
+    /// Accepted and refused steps together.
+    pub steps: usize,
+}
+
+const STEP_LIMIT: usize = 120;
+/// Cosine of the angle between the residuals and a column, below which they count as orthogonal.
+const GRADIENT_TOLERANCE: f64 = 1e-9;
+const STEP_TOLERANCE: f64 = 1e-12;
+const REDUCTION_TOLERANCE: f64 = 1e-12;
+const LARGEST_DAMPING: f64 = 1e14;
+
+/// Searches for a minimum from the parameters' starts.
+///
+/// Returns `None` when the model cannot be evaluated at the start.
+pub fn minimise<L: LeastSquares>(problem: &L, parameters: &[Parameter]) -> Option<Minimum<L::Point>> {
+    let clamp = |value: f64, p: &Parameter| value.max(p.lower).min(p.upper);
+    let mut at: Vec<f64> = parameters.iter().map(|p| clamp(p.start, p)).collect();
+    let mut point = problem.at(&at)?;
+    let mut sum = square_sum(problem.residuals(&point));
+    let mut damping = 1e-3;
+    let mut steps = 0;
+
+    let stop_reason = 'search: loop {
+        if parameters.is_empty() {
+            break StopReason::GradientSmall;
+        }
+        let local = Local::new(problem.residuals(&point), &problem.jacobian(&at, &point));
+        let free = local.free_parameters(&at, parameters);
+        if local.is_stationary(&free, sum) {
+            break StopReason::GradientSmall;
+        }
+        let mut growth = 2.0;
+        loop {
+            if steps >= STEP_LIMIT {
+                break 'search StopReason::IterationLimit;
+            }
+            if damping > LARGEST_DAMPING {
+                break 'search StopReason::Stalled;
+            }
+            steps += 1;
+            let Some(step) = local.step(&free, damping, parameters) else {
+                damping *= growth;
+                growth *= 2.0;
+                continue;
+            };
+            let trial: Vec<f64> = at
+                .iter()
+                .zip(step.iter())
+                .zip(parameters)
+                .map(|((value, step), p)| clamp(value + step, p))
+                .collect();
+            let taken = DVector::from_iterator(at.len(), trial.iter().zip(&at).map(|(t, a)| t - a));
+            if taken.amax() < STEP_TOLERANCE {
+                break 'search StopReason::StepSmall;
+            }
+            let predicted = local.predicted_reduction(&taken);
+            let evaluated = problem.at(&trial);
+            let trial_sum =
+                evaluated.as_ref().map_or(f64::INFINITY, |point| square_sum(problem.residuals(point)));
+            let gain = (sum - trial_sum) / predicted;
+            match evaluated {
+                Some(evaluated) if predicted > 0.0 && gain > 1e-4 => {
+                    let reduction = (sum - trial_sum) / sum;
+                    (at, point, sum) = (trial, evaluated, trial_sum);
+                    damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
+                    if reduction < REDUCTION_TOLERANCE {
+                        break 'search StopReason::ReductionSmall;
+                    }
+                    break;
+                }
+                // Rounding decides the sign of differences this small.
+                _ if predicted.abs() < REDUCTION_TOLERANCE * sum => {
+                    break 'search StopReason::ReductionSmall;
+                }
+                _ => {
+                    damping *= growth;
+                    growth *= 2.0;
+                }
+            }
+        }
+    };
+    Some(Minimum { parameters: at, point, sum_of_squares: sum, stop_reason, steps })
+}
+
+/// The quadratic model of the sum of squares around one point.
+struct Local {
+    /// J'J.
+    curvature: DMatrix<f64>,
+    /// J'r.
+    gradient: DVector<f64>,
+}
+
+impl Local {
+    fn new(residuals: &[f64], jacobian: &[Vec<f64>]) -> Self {
+        let n = jacobian.len();
+        let mut curvature = DMatrix::zeros(n, n);
+        for (i, left) in jacobian.iter().enumerate() {
+            for (j, right) in jacobian.iter().enumerate().take(i + 1) {
+                let product = dot(left, right);
+                curvature[(i, j)] = product;
+                curvature[(j, i)] = product;
+            }
+        }
+        let gradient = DVector::from_iterator(n, jacobian.iter().map(|column| dot(column, residuals)));
+        Self { curvature, gradient }
+    }
+
+    /// Indices of the parameters that are not held at a bound by the downhill direction.
+    fn free_parameters(&self, at: &[f64], parameters: &[Parameter]) -> Vec<usize> {
+        let blocked = |index: usize, p: &Parameter, value: f64| {
+            let downhill = -self.gradient[index];
+            (value <= p.lower && downhill < 0.0) || (value >= p.upper && downhill > 0.0)
+        };
+        (0..)
+            .zip(parameters.iter().zip(at))
+            .filter(|&(index, (p, &value))| self.curvature[(index, index)] > 0.0 && !blocked(index, p, value))
+            .map(|(index, _)| index)
+            .collect()
+    }
+
+    fn is_stationary(&self, free: &[usize], sum: f64) -> bool {
+        free.iter().all(|&index| {
+            let length = (self.curvature[(index, index)] * sum).sqrt();
+            self.gradient[index].abs() <= GRADIENT_TOLERANCE * length
+        })
+    }
+
+    /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps.
+    fn step(&self, free: &[usize], damping: f64, parameters: &[Parameter]) -> Option<DVector<f64>> {
+        // Scaled to unit diagonal, so that damping and rounding treat all parameters alike.
+        let scale: Vec<f64> = free.iter().map(|&i| self.curvature[(i, i)].sqrt()).collect();
+        let mut system = DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            self.curvature[(free[i], free[j])] / (scale[i] * scale[j])
+        });
+        for i in 0..free.len() {
+            system[(i, i)] += damping;
+        }
+        let right = DVector::from_fn(free.len(), |i, _| -self.gradient[free[i]] / scale[i]);
+        let solution = system.cholesky()?.solve(&right);
+        let mut step = DVector::zeros(parameters.len());
+        let mut longest = 1.0_f64;
+        for (i, &index) in free.iter().enumerate() {
+            step[index] = solution[i] / scale[i];
+            longest = longest.max(step[index].abs() / parameters[index].max_step);
+        }
+        step.iter().all(|value| value.is_finite()).then(|| step / longest)
+    }
+
+    /// How much the quadratic model says a step lowers the sum of squares.
+    fn predicted_reduction(&self, step: &DVector<f64>) -> f64 {
+        -(2.0 * self.gradient.dot(step) + (&self.curvature * step).dot(step))
+    }
+}
+
+fn square_sum(residuals: &[f64]) -> f64 {
+    let sum = dot(residuals, residuals);
+    if sum.is_finite() { sum } else { f64::INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's valley as a sum of squares.
+    struct Valley;
+
+    impl LeastSquares for Valley {
+        type Point = Vec<f64>;
+        fn at(&self, x: &[f64]) -> Option<Vec<f64>> {
+            Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
+        }
+        fn residuals<'p>(&self, point: &'p Vec<f64>) -> &'p [f64] {
+            point
+        }
+        fn jacobian(&self, x: &[f64], _: &Vec<f64>) -> Vec<Vec<f64>> {
+            vec![vec![-20.0 * x[0], -1.0], vec![10.0, 0.0]]
+        }
+    }
+
+    fn parameter(start: f64, lower: f64, upper: f64) -> Parameter {
+        Parameter { start, lower, upper, max_step: 1.0 }
+    }
+
+    #[test]
+    fn the_bottom_of_a_curved_valley_is_found() {
+        let free = [parameter(-1.2, -5.0, 5.0), parameter(1.0, -5.0, 5.0)];
+        let minimum = minimise(&Valley, &free).unwrap();
+        assert!((minimum.parameters[0] - 1.0).abs() < 1e-8, "{minimum:?}");
+        assert!((minimum.parameters[1] - 1.0).abs() < 1e-8, "{minimum:?}");
+        assert!(minimum.stop_reason.converged());
+    }
+
+    #[test]
+    fn a_bound_across_the_valley_is_met_and_kept() {
+        let boxed = [parameter(-1.2, -5.0, 0.5), parameter(1.0, -5.0, 5.0)];
+        let minimum = minimise(&Valley, &boxed).unwrap();
+        assert!((minimum.parameters[0] - 0.5).abs() < 1e-9, "{minimum:?}");
+        assert!((minimum.parameters[1] - 0.25).abs() < 1e-7, "{minimum:?}");
+        assert!(minimum.stop_reason.converged());
+    }
+
+    #[test]
+    fn a_start_outside_the_box_is_moved_inside() {
+        let boxed = [parameter(9.0, -2.0, 2.0), parameter(9.0, -2.0, 2.0)];
+        let minimum = minimise(&Valley, &boxed).unwrap();
+        assert!((minimum.parameters[0] - 1.0).abs() < 1e-7, "{minimum:?}");
+    }
+}

@@ -1,0 +1,140 @@
+//! The identified modes, in the shape of `stillbeam identify --json`.
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use crate::levenberg_marquardt::StopReason;
+use crate::warnings::Warning;
+
+/// Version of the JSON shape.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// A number and how far it may be off.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// The value, in the unit of the field that holds it.
+    pub value: f64,
+    /// Standard error in the same unit, robust to correlated residuals; infinite (`null` in JSON) when the
+    /// record does not determine the value.
+    #[serde(deserialize_with = "null_is_infinite")]
+    pub stderr: f64,
+}
+
+impl Estimate {
+    /// Distance to another estimate in combined standard errors.
+    pub fn distance(&self, other: &Self) -> f64 {
+        (self.value - other.value).abs() / self.stderr.hypot(other.stderr)
+    }
+}
+
+fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+}
+
+/// How a mode was estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Output-error fit of the whole forced record.
+    OutputError,
+    /// Sum of damped sinusoids fitted to the whole free decay.
+    DampedSinusoids,
+}
+
+/// A second opinion on a mode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CrossCheck {
+    /// `frf_half_power`, `logarithmic_decrement`, `early_decay` or `late_decay`.
+    pub method: String,
+    /// Natural frequency, Hz.
+    pub frequency_hz: Option<Estimate>,
+    /// Damping ratio.
+    pub damping_ratio: Option<Estimate>,
+}
+
+/// One mode.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IdentifiedMode {
+    /// Undamped natural frequency, Hz.
+    pub frequency_hz: Estimate,
+    /// Fraction of critical damping.
+    pub damping_ratio: Estimate,
+    /// How it was estimated.
+    pub method: Method,
+    /// Largest contribution to the output in the fitted record, in the output's unit; in a free decay the
+    /// amplitude at the start of the fit.
+    pub amplitude: Estimate,
+    /// Participation: output per modal coordinate, whose equation is forced by minus the base's
+    /// acceleration or by the force. `None` in a free decay, where it cannot be known.
+    pub participation: Option<Estimate>,
+    /// Second opinions.
+    pub cross_checks: Vec<CrossCheck>,
+}
+
+/// Frequency response output/input (H1, Hamming window, averaged segments), as recorded: no scaling, no
+/// model. Unit: output unit per input unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Frf {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Real part.
+    pub real: Vec<f64>,
+    /// Imaginary part.
+    pub imag: Vec<f64>,
+    /// Ordinary coherence, 0 to 1. A lightly damped mode that rings for longer than a segment lowers it
+    /// even without noise.
+    pub coherence: Vec<f64>,
+}
+
+/// Power spectral density of a free decay's output (averaged segments).
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Spectrum {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Output unit squared per Hz.
+    pub density: Vec<f64>,
+}
+
+/// Measured and fitted output, for plots.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct FitTrace {
+    /// Stamps of the samples that were fitted, s.
+    pub time_s: Vec<f64>,
+    /// The recorded output there, in its unit.
+    pub measured: Vec<f64>,
+    /// The fitted output there.
+    pub fitted: Vec<f64>,
+}
+
+/// The result of an identification.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct IdentifiedModes {
+    /// Version of this shape, [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Name of the recording.
+    pub recording: String,
+    /// Input column, if the record is a forced one.
+    pub input: Option<String>,
+    /// Output column.
+    pub output: String,
+    /// Modes by rising frequency.
+    pub modes: Vec<IdentifiedMode>,
+    /// Frequency response of a forced record.
+    pub frf: Option<Frf>,
+    /// Spectrum of a free decay.
+    pub spectrum: Option<Spectrum>,
+    /// Constant part of the output, in its unit.
+    pub offset: Estimate,
+    /// Delay of the output behind the input, s, when it was asked for.
+    pub delay_s: Option<Estimate>,
+    /// Root mean square of recorded minus fitted output, in the output's unit.
+    pub residual_rms: f64,
+    /// Time of the first and the last fitted sample, s.
+    pub window_s: [f64; 2],
+    /// Why the search ended.
+    pub stop_reason: StopReason,
+    /// What to know before relying on the modes.
+    pub warnings: Vec<Warning>,
+    /// Measured and fitted output; not part of the JSON.
+    #[serde(skip)]
+    pub fit: FitTrace,
+}

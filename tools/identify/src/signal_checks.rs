@@ -1,0 +1,96 @@
+//! Checks of a recorded signal before and after a fit: clipping, sweep rate, excited band.
+
+use crate::warnings::{Warning, WarningKind};
+
+/// Warns when a signal sits at one of its extremes.
+///
+/// A smooth signal touches its extreme once; a clipped one stays there for runs of samples, and far more
+/// often than at the value next to it, which tells clipping from mere quantisation.
+pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for sign in [1.0, -1.0] {
+        let level = samples.iter().fold(f64::NEG_INFINITY, |top, value| top.max(sign * value));
+        let mut next = f64::NEG_INFINITY;
+        let (mut count, mut run, mut longest) = (0, 0, 0);
+        for value in samples.iter().map(|value| sign * value) {
+            if value == level {
+                count += 1;
+                run += 1;
+                longest = longest.max(run);
+            } else {
+                run = 0;
+                next = next.max(value);
+            }
+        }
+        let beside = samples.iter().filter(|value| sign * **value == next).count();
+        if longest >= 3 && count >= 5 && count > 4 * beside && count < samples.len() {
+            warnings.push(
+                WarningKind::Clipping { column: column.to_owned(), level: sign * level, samples: count }
+                    .into(),
+            );
+        }
+    }
+    warnings
+}
+
+/// The rate (Hz/s) at which a swept sine passes a frequency, from the times of its zero crossings.
+///
+/// `None` when the signal is not a sweep that passes it.
+pub(crate) fn sweep_rate_at(time_s: &[f64], input: &[f64], frequency_hz: f64) -> Option<f64> {
+    let mean = input.iter().sum::<f64>() / input.len().max(1) as f64;
+    let mut crossings = Vec::new();
+    for (t, u) in time_s.windows(2).zip(input.windows(2)) {
+        let (a, b) = (u[0] - mean, u[1] - mean);
+        if (a < 0.0) != (b < 0.0) {
+            crossings.push(t[0] + (t[1] - t[0]) * a / (a - b));
+        }
+    }
+    let points: Vec<(f64, f64)> =
+        crossings.windows(2).map(|c| (0.5 * (c[0] + c[1]), 0.5 / (c[1] - c[0]))).collect();
+    // A sweep: the frequency moves one way (short reversals at slow ends aside).
+    let rising = points.windows(2).filter(|p| p[1].1 > p[0].1).count();
+    let share = rising as f64 / points.len().max(2) as f64;
+    if points.len() < 8 || (0.2..0.8).contains(&share) {
+        return None;
+    }
+    let at = points
+        .windows(2)
+        .position(|p| (p[0].1 - frequency_hz) * (p[1].1 - frequency_hz) <= 0.0 && p[0].1 != p[1].1)?;
+    // Over a few crossings on either side: single half-periods scatter.
+    let around = &points[at.saturating_sub(3)..(at + 5).min(points.len())];
+    let (first, last) = (around.first()?, around.last()?);
+    let rate = ((last.1 - first.1) / (last.0 - first.0)).abs();
+    rate.is_finite().then_some(rate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clipped_signals_are_told_from_quantised_ones() {
+        let sine: Vec<f64> = (0..2000).map(|k| (0.013 * f64::from(k)).sin()).collect();
+        let clipped: Vec<f64> = sine.iter().map(|v| v.min(0.8)).collect();
+        let quantised: Vec<f64> = sine.iter().map(|v| (v * 50.0).round() / 50.0).collect();
+        assert!(clipping("a_m", &sine).is_empty());
+        assert!(clipping("a_m", &quantised).is_empty());
+        let found = clipping("a_m", &clipped);
+        assert!(matches!(found[0].kind, WarningKind::Clipping { level: 0.8, .. }) && found.len() == 1);
+    }
+
+    #[test]
+    fn the_rate_of_a_linear_and_of_an_exponential_sweep_is_found() {
+        let time_s: Vec<f64> = (0..8000).map(|k| 0.01 * f64::from(k)).collect();
+        let tau = std::f64::consts::TAU;
+        let linear: Vec<f64> =
+            time_s.iter().map(|t| (tau * (0.1 * t + 0.5 * 0.09875 * t * t)).sin()).collect();
+        let rate = sweep_rate_at(&time_s, &linear, 5.0).unwrap();
+        assert!((rate / 0.09875 - 1.0).abs() < 0.05, "{rate}");
+        let k = 80.0_f64.ln() / 80.0;
+        let exponential: Vec<f64> =
+            time_s.iter().map(|t| (tau * 0.1 * ((k * t).exp() - 1.0) / k).sin()).collect();
+        let rate = sweep_rate_at(&time_s, &exponential, 5.0).unwrap();
+        assert!((rate / (k * 5.0) - 1.0).abs() < 0.1, "{rate}");
+        assert!(sweep_rate_at(&time_s, &exponential, 9.5).is_none());
+    }
+}

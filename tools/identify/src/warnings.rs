@@ -1,0 +1,206 @@
+//! What a reader of the modes must know before relying on them.
+
+use serde::{Deserialize, Serialize};
+
+/// A warning: a sentence for people, and its kind and numbers for programs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Warning {
+    /// The sentence.
+    pub message: String,
+    /// Kind and numbers.
+    #[serde(flatten)]
+    pub kind: WarningKind,
+}
+
+impl From<WarningKind> for Warning {
+    fn from(kind: WarningKind) -> Self {
+        Self { message: kind.sentence(), kind }
+    }
+}
+
+/// A quantity of a mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Quantity {
+    /// Natural frequency, Hz.
+    FrequencyHz,
+    /// Damping ratio.
+    DampingRatio,
+}
+
+impl Quantity {
+    fn words(self) -> &'static str {
+        match self {
+            Self::FrequencyHz => "frequency (Hz)",
+            Self::DampingRatio => "damping ratio",
+        }
+    }
+}
+
+/// The kinds of warning, with their numbers. Modes are named by their frequency.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum WarningKind {
+    /// The record ends before the mode has had time to decay by e.
+    RecordShorterThanDecay {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Length of the fitted record, s.
+        duration_s: f64,
+        /// 1 / (zeta omega), s.
+        decay_time_s: f64,
+    },
+    /// The sweep passes the mode faster than its half-power bandwidth squared.
+    SweepTooFast {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Sweep rate where it passes the mode, Hz/s.
+        rate_hz_s: f64,
+        /// (2 zeta f)², Hz/s.
+        limit_hz_s: f64,
+    },
+    /// An independent estimate differs by more than three standard errors.
+    CrossCheckDisagrees {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// What differs.
+        quantity: Quantity,
+        /// The method that differs.
+        method: String,
+        /// The fit's value.
+        fitted: f64,
+        /// The other method's value.
+        other: f64,
+        /// Combined standard error.
+        stderr: f64,
+    },
+    /// The input hardly reaches the mode.
+    OutsideExcitedBand {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Lowest excited frequency, Hz.
+        lower_hz: f64,
+        /// Highest excited frequency, Hz.
+        upper_hz: f64,
+    },
+    /// Frequency or damping differ between the early and the late part of the decay.
+    ChangesDuringDecay {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// What changes.
+        quantity: Quantity,
+        /// Value in the early, large part.
+        early: f64,
+        /// Value in the late, small part.
+        late: f64,
+        /// Combined standard error.
+        stderr: f64,
+    },
+    /// The signal stays at its extreme value.
+    Clipping {
+        /// The column.
+        column: String,
+        /// The value it stays at, in the column's unit.
+        level: f64,
+        /// Samples at that value.
+        samples: usize,
+    },
+    /// A line of the spectrum that does not decay.
+    ForcedTone {
+        /// Its frequency, Hz.
+        mode_hz: f64,
+        /// The longest decay that could be told from none, s.
+        duration_s: f64,
+    },
+    /// A parameter ended at the limit of its range.
+    AtBound {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Which parameter.
+        quantity: Quantity,
+        /// The limit.
+        bound: f64,
+    },
+    /// The search ended before it reached a minimum.
+    NotConverged {
+        /// Steps made.
+        steps: usize,
+    },
+    /// The standard errors could not be computed.
+    NoStandardErrors,
+    /// Recordings of the same structure disagree.
+    RecordingsDisagree {
+        /// Frequency of the mode in the first one, Hz.
+        mode_hz: f64,
+        /// What differs.
+        quantity: Quantity,
+        /// Value in the first one.
+        first: f64,
+        /// Value in the second one.
+        second: f64,
+        /// Combined standard error.
+        stderr: f64,
+        /// Amplitude of the mode in the first one, in the output's unit.
+        first_amplitude: f64,
+        /// Amplitude of the mode in the second one, in the output's unit.
+        second_amplitude: f64,
+    },
+    /// The input has a gap that the interpolation had to bridge.
+    InputGap {
+        /// Where it begins, s.
+        start_s: f64,
+        /// How long it is, s.
+        length_s: f64,
+    },
+}
+
+impl WarningKind {
+    fn sentence(&self) -> String {
+        match self {
+            Self::RecordShorterThanDecay { mode_hz, duration_s, decay_time_s } => format!(
+                "mode at {mode_hz:.4} Hz: the record is {duration_s:.3} s long but the mode takes {decay_time_s:.3} s to decay by e; record longer for a sharper damping"
+            ),
+            Self::SweepTooFast { mode_hz, rate_hz_s, limit_hz_s } => format!(
+                "mode at {mode_hz:.4} Hz: the sweep passes it at {rate_hz_s:.3e} Hz/s where methods based on the frequency response need less than {limit_hz_s:.3e} Hz/s; the time-domain fit reported here does not, but do not read damping off the frequency response"
+            ),
+            Self::CrossCheckDisagrees { mode_hz, quantity, method, fitted, other, stderr } => format!(
+                "mode at {mode_hz:.4} Hz: {method} gives a {} of {other:.6} where the fit gives {fitted:.6}, {:.1} standard errors apart",
+                quantity.words(),
+                (fitted - other).abs() / stderr
+            ),
+            Self::OutsideExcitedBand { mode_hz, lower_hz, upper_hz } => format!(
+                "mode at {mode_hz:.4} Hz lies outside the band the input excites ({lower_hz:.3} to {upper_hz:.3} Hz); sweep further to pin it down"
+            ),
+            Self::ChangesDuringDecay { mode_hz, quantity, early, late, stderr } => format!(
+                "mode at {mode_hz:.4} Hz: its {} goes from {early:.6} early (large) to {late:.6} late (small), {:.1} standard errors apart: it depends on amplitude or on time",
+                quantity.words(),
+                (early - late).abs() / stderr
+            ),
+            Self::Clipping { column, level, samples } => format!(
+                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping"
+            ),
+            Self::ForcedTone { mode_hz, duration_s } => format!(
+                "the line at {mode_hz:.4} Hz does not decay within {duration_s:.2} s: it looks like a forced tone (mains hum, a motor), not a mode"
+            ),
+            Self::AtBound { mode_hz, quantity, bound } => format!(
+                "mode at {mode_hz:.4} Hz: its {} ended at the limit {bound:.6} of the search; do not rely on it",
+                quantity.words()
+            ),
+            Self::NotConverged { steps } => {
+                format!("the search gave up after {steps} steps without reaching a minimum; try fewer modes")
+            }
+            Self::NoStandardErrors => {
+                "the parameters cannot be told apart well enough for standard errors; try fewer modes or a longer record".to_owned()
+            }
+            Self::RecordingsDisagree { mode_hz, quantity, first, second, stderr, first_amplitude, second_amplitude } => format!(
+                "mode at {mode_hz:.4} Hz: its {} is {first:.6} at amplitude {first_amplitude:.3e} and {second:.6} at {second_amplitude:.3e}, {:.1} standard errors apart: the structure is not linear, or changed",
+                quantity.words(),
+                (first - second).abs() / stderr
+            ),
+            Self::InputGap { start_s, length_s } => format!(
+                "the input is missing for {length_s:.4} s from {start_s:.4} s on and was interpolated there"
+            ),
+        }
+    }
+}

@@ -1,2 +1,29 @@
-//! Portable core.
+//! The portable core of the stillbeam firmware: input shaping for a machine with lightly damped modes.
+//!
+//! Everything with logic in it lives here, without `std`, without allocation, without `unsafe`, and
+//! runs the same on the board, in the emulator and under the host's tests. From the bottom up:
+//!
+//! - [`units`]: positions and rates with their unit in the type.
+//! - [`shaper`]: from a mode's frequency and damping ratio to integer taps, and the cascade that runs them.
+//! - [`motion`]: moves, sweeps and the controlled stop as functions of the tick.
+//! - [`servo`], [`telemetry`]: the two ways out.
+//! - [`control`]: the tick, all that the interrupt does.
+//! - [`settings`]: what a person can set, with meaning, unit, range and default.
+//! - [`console`]: bytes in, replies out; stages settings and turns commands into requests to the tick.
+//! - [`machine`]: the memory and the queues that tie console and tick together.
+
 #![no_std]
+#![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+pub mod console;
+pub mod control;
+pub mod machine;
+pub mod motion;
+pub mod servo;
+pub mod settings;
+pub mod shaper;
+pub mod telemetry;
+pub mod units;
+
+#[cfg(target_os = "none")]
+pub mod board;

@@ -1,2 +1,116 @@
-//! Firmware image.
-fn main() {}
+//! The firmware image: wiring only. What it does is in the library.
+//!
+//! On a host the same file compiles to a program that prints the version and the settings the image has.
+
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(target_os = "none", no_main)]
+
+#[cfg(target_os = "none")]
+mod image {
+    use core::fmt::Write as _;
+
+    use embassy_executor::Spawner;
+    use embassy_futures::select::{Either, select};
+    use embassy_stm32::usart::BufferedUart;
+    use embedded_io_async::{Read, Write};
+    use heapless::String;
+    use heapless::spsc::Consumer;
+    use static_cell::ConstStaticCell;
+    use stillbeam_firmware::board::{self, clocks, outputs, serial, tick_timer};
+    use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+    use stillbeam_firmware::machine::Machine;
+    use stillbeam_firmware::telemetry::Sample;
+    #[cfg(feature = "defmt")]
+    use {defmt_rtt as _, panic_probe as _};
+
+    static MACHINE: ConstStaticCell<Machine<'static>> = ConstStaticCell::new(Machine::new());
+
+    const IDENTITY: Identity = Identity {
+        version: env!("CARGO_PKG_VERSION"),
+        board: "stm32f405rg",
+        timer_clock_hz: board::TIMER_CLOCK_HZ,
+    };
+
+    #[embassy_executor::main]
+    async fn main(_spawner: Spawner) {
+        let peripherals = embassy_stm32::init(clocks::config());
+        outputs::configure();
+        tick_timer::configure();
+        let parts = MACHINE.take().split(IDENTITY);
+        let port = serial::open(peripherals.USART1, peripherals.PA10, peripherals.PA9);
+        board::stillbeam_boot_complete();
+        tick_timer::start(parts.controller, parts.console.clocks_per_tick());
+        outputs::set_drive_enabled(true);
+        // The baud rate is a constant that the divider can make, so the port opens.
+        if let Ok(port) = port {
+            serve(port, parts.console, parts.samples).await;
+        }
+    }
+
+    /// Answers the console and sends samples, for ever.
+    async fn serve(
+        port: BufferedUart<'static>,
+        mut console: Console<'static>,
+        mut samples: Consumer<'static, Sample>,
+    ) {
+        let (mut transmit, mut receive) = port.split();
+        let mut clocks_per_tick = console.clocks_per_tick();
+        let mut text = String::<MAX_REPLY>::new();
+        let mut received = [0; 32];
+        console.greet(&mut text);
+        loop {
+            // Only a full buffer or a line that fails can make a write fail; there is nobody to tell.
+            let _best_effort = transmit.write_all(text.as_bytes()).await;
+            text.clear();
+            let sample_waits = tick_timer::samples_waiting(|| samples.ready());
+            match select(receive.read(&mut received), sample_waits).await {
+                Either::First(Ok(count)) => {
+                    for byte in received.iter().take(count) {
+                        console.feed(*byte, &mut text);
+                        let _best_effort = transmit.write_all(text.as_bytes()).await;
+                        text.clear();
+                    }
+                    if console.clocks_per_tick() != clocks_per_tick {
+                        clocks_per_tick = console.clocks_per_tick();
+                        tick_timer::set_clocks_per_tick(clocks_per_tick);
+                        log_rate(clocks_per_tick);
+                    }
+                }
+                // A framing or overrun error: the line editor sees the gap as a wrong command at worst.
+                Either::First(Err(_)) => log_line_error(),
+                Either::Second(()) => {
+                    if let Some(sample) = samples.dequeue() {
+                        let _fits = write!(text, "{sample}\r\n");
+                    }
+                }
+            }
+        }
+    }
+
+    #[cfg(feature = "defmt")]
+    fn log_rate(clocks_per_tick: u32) {
+        defmt::info!("tick every {} timer clocks", clocks_per_tick);
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_rate(_clocks_per_tick: u32) {}
+
+    #[cfg(feature = "defmt")]
+    fn log_line_error() {
+        defmt::warn!("serial line error");
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_line_error() {}
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    use stillbeam_firmware::settings::{Key, Settings};
+
+    let defaults = Settings::default();
+    println!("stillbeam firmware {} for stm32f405rg; settings:", env!("CARGO_PKG_VERSION"));
+    for key in Key::all() {
+        println!("{key} = {} {}: {}", defaults.get(key), key.unit(), key.meaning());
+    }
+}

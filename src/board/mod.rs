@@ -1,0 +1,29 @@
+//! The STM32F405RG board: everything that touches hardware, and all `unsafe` of the project.
+//!
+//! | what | where |
+//! |---|---|
+//! | console and telemetry | USART1, PA9 (TX), PA10 (RX), 921 600 baud 8N1 |
+//! | analog setpoint | DAC1 channel 1, PA4 |
+//! | drive enable | PB0, high enables |
+//! | tick | TIM2 update interrupt, top priority |
+//! | external clock | 8 MHz crystal, PLL to 168 MHz |
+
+#![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
+
+pub mod clocks;
+pub mod outputs;
+pub mod panic;
+pub mod serial;
+pub mod tick_timer;
+
+/// The tick timer counts at twice the APB1 clock.
+pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
+
+/// Called once, when clocks and peripherals are configured and before the first tick. It does nothing: it is
+/// the place where a debugger or an emulator's harness knows that start-up is over.
+// SAFETY: the symbol's name is unique to this project, so it shadows nothing.
+#[unsafe(no_mangle)]
+#[inline(never)]
+pub extern "C" fn stillbeam_boot_complete() {
+    cortex_m::asm::nop();
+}

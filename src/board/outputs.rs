@@ -1,0 +1,47 @@
+//! The outputs that move the machine: the analog setpoint and the drive enable.
+
+use embassy_stm32::pac;
+
+use crate::servo::DacCode;
+
+/// PB0.
+const ENABLE_PIN: usize = 0;
+
+/// Puts the outputs into their safe state and hands them to the firmware: analog output in the middle, drive
+/// disabled. Call once, after the clocks are set up.
+pub fn configure() {
+    // PA4 analog, PB0 a push-pull output that starts low.
+    pac::RCC.ahb1enr().modify(|clocks| {
+        clocks.set_gpioaen(true);
+        clocks.set_gpioben(true);
+    });
+    pac::RCC.apb1enr().modify(|clocks| clocks.set_dacen(true));
+    set_drive_enabled(false);
+    pac::GPIOA.moder().modify(|modes| modes.set_moder(4, pac::gpio::vals::Moder::ANALOG));
+    pac::GPIOB.moder().modify(|modes| modes.set_moder(ENABLE_PIN, pac::gpio::vals::Moder::OUTPUT));
+    set_analog(DacCode::MIDDLE);
+    pac::DAC1.cr().modify(|control| control.set_en(0, true));
+}
+
+/// Writes the analog setpoint. One store.
+#[inline]
+pub fn set_analog(code: DacCode) {
+    pac::DAC1.dhr12r(0).write(|value| value.set_dhr(code.0));
+}
+
+/// Enables or disables the drive. One store, so it is safe in any context.
+pub fn set_drive_enabled(enabled: bool) {
+    pac::GPIOB.bsrr().write(|change| {
+        if enabled {
+            change.set_bs(ENABLE_PIN, true);
+        } else {
+            change.set_br(ENABLE_PIN, true);
+        }
+    });
+}
+
+/// The state in which nothing moves: drive disabled first, analog output in the middle.
+pub fn make_safe() {
+    set_drive_enabled(false);
+    set_analog(DacCode::MIDDLE);
+}

@@ -1,0 +1,123 @@
+//! Refusals, as the last line of a reply: `err CODE NAME: reason`.
+
+use core::fmt;
+
+use super::line::{LineFault, MAX_LINE};
+use crate::motion::MotionError;
+use crate::settings::{Key, Refusal};
+use crate::shaper::ModeError;
+use crate::telemetry::Activity;
+use crate::units::TickRate;
+
+/// Why a command was refused. Nothing was changed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CommandError<'l> {
+    /// The line could not be read.
+    Line(LineFault),
+    /// There is no such command.
+    UnknownCommand(&'l str),
+    /// There is no such setting.
+    UnknownName(&'l str),
+    /// Arguments are missing, too many or not understood.
+    Usage {
+        /// The command.
+        command: &'static str,
+        /// How it is used.
+        usage: &'static str,
+    },
+    /// A value was refused.
+    Value {
+        /// The setting.
+        key: Key,
+        /// Why.
+        refusal: Refusal,
+    },
+    /// A mode cannot be shaped at the tick rate.
+    Mode {
+        /// The mode's number from zero.
+        index: usize,
+        /// Why.
+        error: ModeError,
+    },
+    /// The table's history does not fit into the memory.
+    Memory {
+        /// Samples needed.
+        needed: usize,
+        /// Samples there are.
+        available: usize,
+        /// The rate at which that many are needed.
+        tick_rate: TickRate,
+    },
+    /// The motion was refused.
+    Motion {
+        /// The command.
+        command: &'static str,
+        /// Why.
+        error: MotionError,
+    },
+    /// The command has to wait.
+    Busy {
+        /// The command.
+        command: &'static str,
+        /// For what.
+        reason: Busy,
+    },
+}
+
+/// What a command has to wait for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Busy {
+    /// The controller to come to rest.
+    Activity(Activity),
+    /// Earlier requests to be taken by the interrupt.
+    Requests,
+    /// An earlier table to run out.
+    Handover,
+}
+
+impl fmt::Display for Busy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Activity(activity) => write!(f, "not at rest but {}; wait or 'stop'", activity.name()),
+            Self::Requests => f.write_str("earlier commands are still to be taken; is the timer running?"),
+            Self::Handover => f.write_str("the table before the last is still running out; try again"),
+        }
+    }
+}
+
+impl fmt::Display for CommandError<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("err ")?;
+        match self {
+            Self::Line(LineFault::TooLong) => {
+                write!(f, "syntax line: longer than {MAX_LINE} characters")
+            }
+            Self::Line(LineFault::NotPrintable(byte)) => {
+                write!(f, "syntax line: byte 0x{byte:02x} is not printable ASCII")
+            }
+            Self::UnknownCommand(name) => {
+                write!(f, "unknown-command {name}: no such command; 'help' lists them")
+            }
+            Self::UnknownName(name) => write!(f, "unknown-name {name}: no such setting; 'get' lists them"),
+            Self::Usage { command, usage } => write!(f, "syntax {command}: usage: {usage}"),
+            Self::Value { key, refusal: refusal @ (Refusal::NotANumber | Refusal::UnknownType) } => {
+                write!(f, "syntax {key}: {refusal}")
+            }
+            Self::Value { key, refusal } => write!(f, "range {key}: {refusal}"),
+            Self::Mode { index, error: error @ ModeError::DampingRatio { .. } } => {
+                write!(f, "range mode{}.damping_ratio: {error}", index + 1)
+            }
+            Self::Mode { index, error } => write!(f, "range mode{}.frequency_hz: {error}", index + 1),
+            Self::Memory { needed, available, tick_rate } => write!(
+                f,
+                "memory shaper: needs {needed} samples of history at {} Hz, there are {available}; \
+                 lower tick.rate_hz or use shorter shapers",
+                tick_rate.hz()
+            ),
+            Self::Motion { command, error } => write!(f, "range {command}: {error}"),
+            Self::Busy { command, reason } => write!(f, "busy {command}: {reason}"),
+        }
+    }
+}
+
+impl core::error::Error for CommandError<'_> {}

@@ -1,0 +1,155 @@
+//! The serial console: bytes in, replies out, requests to the interrupt.
+//!
+//! It does no input or output of its own, so it runs the same behind a UART, a pseudo-terminal or a test. A
+//! reply is any number of lines and then one that begins with `ok` or `err`. docs/protocol.md is the reference.
+
+mod commands;
+pub mod error;
+mod help;
+pub mod line;
+
+use core::fmt::Write;
+
+use heapless::spsc::{Consumer, Producer};
+
+use crate::control::Request;
+use crate::settings::Settings;
+use crate::shaper::ShaperTable;
+use crate::telemetry::{Activity, Status};
+use crate::units::TickRate;
+
+pub use error::{Busy, CommandError};
+use line::LineEditor;
+
+/// The longest reply in bytes; what takes the output must have room for it. Every reply is below it by test.
+pub const MAX_REPLY: usize = 2048;
+
+/// What the console says about the firmware and the board it runs on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the firmware.
+    pub version: &'static str,
+    /// Name of the board.
+    pub board: &'static str,
+    /// The clock that the tick timer divides by a whole number, in hertz.
+    pub timer_clock_hz: u32,
+}
+
+impl Identity {
+    /// How many timer clocks make one tick at the attainable rate nearest to `wanted`.
+    pub fn clocks_per_tick(&self, wanted: TickRate) -> u32 {
+        libm::round(f64::from(self.timer_clock_hz) / wanted.hz()).max(1.0) as u32
+    }
+
+    /// The rate that the timer can run nearest to `wanted`; tables are designed for it.
+    pub fn attainable(&self, wanted: TickRate) -> TickRate {
+        let clocks = f64::from(self.clocks_per_tick(wanted));
+        TickRate::from_hz(f64::from(self.timer_clock_hz) / clocks).unwrap_or(wanted)
+    }
+}
+
+/// The state of the console.
+pub struct Console<'m> {
+    identity: Identity,
+    editor: LineEditor,
+    /// What runs now.
+    live: Settings,
+    /// What `apply` would make run.
+    staged: Settings,
+    shaper_on: bool,
+    table: ShaperTable,
+    spare_history: Option<&'m mut [i32]>,
+    history_samples: usize,
+    requests: Producer<'m, Request<'m>>,
+    retired: Consumer<'m, &'m mut [i32]>,
+    status: &'m Status,
+}
+
+impl<'m> Console<'m> {
+    /// A console for a controller at rest that runs `table` under `settings`.
+    pub fn new(
+        identity: Identity,
+        settings: Settings,
+        table: ShaperTable,
+        spare_history: &'m mut [i32],
+        requests: Producer<'m, Request<'m>>,
+        retired: Consumer<'m, &'m mut [i32]>,
+        status: &'m Status,
+    ) -> Self {
+        Self {
+            identity,
+            editor: LineEditor::new(),
+            live: settings.clone(),
+            staged: settings,
+            shaper_on: true,
+            table,
+            history_samples: spare_history.len(),
+            spare_history: Some(spare_history),
+            requests,
+            retired,
+            status,
+        }
+    }
+
+    /// Prints what a person sees first.
+    pub fn greet(&self, out: &mut dyn Write) {
+        let Identity { version, board, .. } = self.identity;
+        let _best_effort = write!(out, "\r\nstillbeam {version} on {board}; 'help' lists the commands\r\n");
+        self.prompt(out);
+    }
+
+    /// Takes one byte from the serial port. Echo and replies, at most [`MAX_REPLY`] bytes, go to `out`.
+    pub fn feed(&mut self, byte: u8, out: &mut dyn Write) {
+        let Some(line) = self.editor.feed(byte, out) else { return };
+        match &line {
+            Ok(line) if line.trim().is_empty() => {}
+            Ok(line) => {
+                if let Err(error) = self.execute(line, out) {
+                    let _best_effort = write!(out, "{error}\r\n");
+                }
+            }
+            Err(fault) => {
+                let _best_effort = write!(out, "{}\r\n", CommandError::Line(*fault));
+            }
+        }
+        self.prompt(out);
+    }
+
+    /// The rate at which the timer has to run the tick.
+    pub fn tick_rate(&self) -> TickRate {
+        self.table.tick_rate()
+    }
+
+    /// Timer clocks per tick at that rate.
+    pub fn clocks_per_tick(&self) -> u32 {
+        self.identity.clocks_per_tick(self.tick_rate())
+    }
+
+    fn prompt(&self, out: &mut dyn Write) {
+        if self.editor.echo() {
+            let _best_effort = out.write_str("> ");
+        }
+    }
+
+    /// Refuses what must not happen while something moves or is about to.
+    fn require_rest(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+        self.require_taken(command)?;
+        match self.status.activity() {
+            Activity::Rest => Ok(()),
+            activity => Err(CommandError::Busy { command, reason: Busy::Activity(activity) }),
+        }
+    }
+
+    /// Refuses while a request waits, so that what is known of the controller is true.
+    fn require_taken(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+        if self.requests.is_empty() {
+            Ok(())
+        } else {
+            Err(CommandError::Busy { command, reason: Busy::Requests })
+        }
+    }
+
+    fn request(&mut self, command: &'static str, request: Request<'m>) -> Result<(), CommandError<'static>> {
+        self.requests.enqueue(request).map_err(|_| CommandError::Busy { command, reason: Busy::Requests })
+    }
+}

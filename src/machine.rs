@@ -1,0 +1,75 @@
+//! The memory and the queues that tie console and tick together.
+
+use heapless::spsc::{Consumer, Queue};
+
+use crate::console::{Console, Identity};
+use crate::control::{Controller, Links, Request};
+use crate::settings::Settings;
+use crate::shaper::{Cascade, ShaperTable};
+use crate::telemetry::{Sample, Status};
+
+/// Samples of history that one table may use. Two histories, one live and one for the next table, take
+/// 112 KiB of the 128 KiB of main memory. At 4 kHz a table may last 3.58 s in total.
+pub const HISTORY_SAMPLES: usize = 14_336;
+
+/// Samples that wait for the serial port: 64 ms at 4 kHz when every tick is streamed.
+const SAMPLE_QUEUE: usize = 256;
+
+/// Requests that wait for the interrupt, which takes one per tick.
+const REQUEST_QUEUE: usize = 4;
+
+/// All memory of a machine. The board keeps one in a `static`, tests make as many as they like.
+pub struct Machine<'m> {
+    histories: [[i32; HISTORY_SAMPLES]; 2],
+    requests: Queue<Request<'m>, REQUEST_QUEUE>,
+    retired: Queue<&'m mut [i32], 3>,
+    samples: Queue<Sample, SAMPLE_QUEUE>,
+    status: Status,
+}
+
+/// The three parties that share a machine.
+pub struct Parts<'m> {
+    /// Belongs to the interrupt.
+    pub controller: Controller<'m>,
+    /// Belongs to whoever reads the serial port.
+    pub console: Console<'m>,
+    /// Belongs to whoever writes the serial port.
+    pub samples: Consumer<'m, Sample>,
+}
+
+impl<'m> Machine<'m> {
+    /// Memory for one machine.
+    pub const fn new() -> Self {
+        Self {
+            histories: [[0; HISTORY_SAMPLES]; 2],
+            requests: Queue::new(),
+            retired: Queue::new(),
+            samples: Queue::new(),
+            status: Status::new(),
+        }
+    }
+
+    /// Divides the machine, with default settings, no shaper and everything at rest at zero.
+    pub fn split(&'m mut self, identity: Identity) -> Parts<'m> {
+        let settings = Settings::default();
+        let [live, spare] = &mut self.histories;
+        let (request_sender, request_receiver) = self.requests.split();
+        let (retired_sender, retired_receiver) = self.retired.split();
+        let (sample_sender, samples) = self.samples.split();
+        let status = &self.status;
+        let links =
+            Links { requests: request_receiver, retired: retired_sender, samples: sample_sender, status };
+        let identity_table = ShaperTable::identity(settings.tick_rate());
+        let cascade = Cascade::identity(live);
+        let controller = Controller::new(links, cascade, settings.braking(), settings.analog_scale());
+        let console =
+            Console::new(identity, settings, identity_table, spare, request_sender, retired_receiver, status);
+        Parts { controller, console, samples }
+    }
+}
+
+impl Default for Machine<'_> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

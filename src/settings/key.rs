@@ -1,0 +1,313 @@
+//! The names under which settings are read and set, with meaning, unit and range.
+
+use core::fmt;
+use core::str::FromStr;
+
+use super::{ModeSetting, Settings};
+use crate::servo::AnalogScale;
+use crate::shaper::{MAX_MODES, Mode, ShaperType};
+use crate::units::{MAX_TRAVEL_MM, TickRate};
+
+/// The name of a setting.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// `tick.rate_hz`
+    TickRate,
+    /// `modeN.…`, N from 1; the number here counts from zero.
+    Mode(usize, ModeKey),
+    /// `move.velocity_mm_s`
+    Velocity,
+    /// `move.acceleration_mm_s2`
+    Acceleration,
+    /// `travel.min_mm`
+    TravelMin,
+    /// `travel.max_mm`
+    TravelMax,
+    /// `stream.decimation`
+    StreamDecimation,
+    /// `analog.full_scale_mm`
+    AnalogFullScale,
+}
+
+/// Which value of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ModeKey {
+    /// `frequency_hz`
+    Frequency,
+    /// `damping_ratio`
+    DampingRatio,
+    /// `type`
+    Type,
+}
+
+/// The value of a setting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Value {
+    /// A number in the key's unit.
+    Number(f64),
+    /// A shaper type, or none.
+    Shaper(Option<ShaperType>),
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Shaper(Some(kind)) => write!(f, "{kind}"),
+            Self::Shaper(None) => f.write_str("off"),
+        }
+    }
+}
+
+/// Why a value was refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Refusal {
+    /// The text is not a finite decimal number.
+    NotANumber,
+    /// The number is outside the key's range.
+    OutOfRange {
+        /// The refused number.
+        number: f64,
+        /// The key, for its range and unit.
+        key: Key,
+    },
+    /// The number must be whole.
+    NotWhole {
+        /// The refused number.
+        number: f64,
+    },
+    /// Not a shaper type.
+    UnknownType,
+    /// The travel would end before it starts.
+    EmptyTravel {
+        /// First and last position as they would be, in mm.
+        travel_mm: (f64, f64),
+    },
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotANumber => f.write_str("not a number"),
+            Self::OutOfRange { number, key } => {
+                let (low, high) = key.range();
+                write!(f, "{number} is outside {low}..{high}")?;
+                if key.unit().is_empty() { Ok(()) } else { write!(f, " {}", key.unit()) }
+            }
+            Self::NotWhole { number } => write!(f, "{number} is not a whole number"),
+            Self::UnknownType => f.write_str("unknown shaper type; use off, zv, zvd or zvdd"),
+            Self::EmptyTravel { travel_mm } => {
+                write!(f, "travel {}..{} mm would be empty", travel_mm.0, travel_mm.1)
+            }
+        }
+    }
+}
+
+impl Key {
+    /// Every key, in the order in which they are listed.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let modes = (0..MAX_MODES).flat_map(|index| ModeKey::ALL.map(|part| Self::Mode(index, part)));
+        [Self::TickRate].into_iter().chain(modes).chain([
+            Self::Velocity,
+            Self::Acceleration,
+            Self::TravelMin,
+            Self::TravelMax,
+            Self::StreamDecimation,
+            Self::AnalogFullScale,
+        ])
+    }
+
+    /// The unit, empty for a bare number.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::TickRate | Self::Mode(_, ModeKey::Frequency) => "Hz",
+            Self::Mode(_, ModeKey::DampingRatio | ModeKey::Type) => "",
+            Self::Velocity => "mm/s",
+            Self::Acceleration => "mm/s2",
+            Self::TravelMin | Self::TravelMax | Self::AnalogFullScale => "mm",
+            Self::StreamDecimation => "ticks",
+        }
+    }
+
+    /// One sentence for `help`.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::TickRate => "Rate of the control interrupt; applied at rest.",
+            Self::Mode(_, ModeKey::Frequency) => "Undamped natural frequency of the mode.",
+            Self::Mode(_, ModeKey::DampingRatio) => "Damping ratio of the mode.",
+            Self::Mode(_, ModeKey::Type) => "Shaper of the mode: off, zv, zvd or zvdd.",
+            Self::Velocity => "Largest velocity of the command.",
+            Self::Acceleration => "Largest acceleration of the command; stops brake with it.",
+            Self::TravelMin => "First permitted position.",
+            Self::TravelMax => "Last permitted position.",
+            Self::StreamDecimation => "Ticks per streamed sample when 'stream on' gives no number.",
+            Self::AnalogFullScale => "Position at the end of the analog output's range.",
+        }
+    }
+
+    /// First and last accepted number. Shaper types have none and get an empty range.
+    pub fn range(self) -> (f64, f64) {
+        match self {
+            Self::TickRate => TickRate::RANGE_HZ,
+            Self::Mode(_, ModeKey::Frequency) => (Mode::MIN_FREQUENCY_HZ, TickRate::RANGE_HZ.1 / 2.0),
+            Self::Mode(_, ModeKey::DampingRatio) => (0.0, 0.99),
+            Self::Mode(_, ModeKey::Type) => (0.0, 0.0),
+            Self::Velocity => (0.01, 10_000.0),
+            Self::Acceleration => (0.1, 200_000.0),
+            Self::TravelMin | Self::TravelMax => (-MAX_TRAVEL_MM, MAX_TRAVEL_MM),
+            Self::StreamDecimation => (1.0, 1_000_000.0),
+            Self::AnalogFullScale => AnalogScale::FULL_SCALE_RANGE_MM,
+        }
+    }
+}
+
+impl ModeKey {
+    const ALL: [Self; 3] = [Self::Frequency, Self::DampingRatio, Self::Type];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Frequency => "frequency_hz",
+            Self::DampingRatio => "damping_ratio",
+            Self::Type => "type",
+        }
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Mode(index, part) => return write!(f, "mode{}.{}", index + 1, part.name()),
+            Self::TickRate => "tick.rate_hz",
+            Self::Velocity => "move.velocity_mm_s",
+            Self::Acceleration => "move.acceleration_mm_s2",
+            Self::TravelMin => "travel.min_mm",
+            Self::TravelMax => "travel.max_mm",
+            Self::StreamDecimation => "stream.decimation",
+            Self::AnalogFullScale => "analog.full_scale_mm",
+        })
+    }
+}
+
+/// There is no setting of this name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownKey;
+
+impl FromStr for Key {
+    type Err = UnknownKey;
+
+    fn from_str(name: &str) -> Result<Self, UnknownKey> {
+        Self::all().find(|key| same_text(key, name)).ok_or(UnknownKey)
+    }
+}
+
+/// Compares what a value prints with a text, without a buffer.
+fn same_text(value: &impl fmt::Display, text: &str) -> bool {
+    struct Rest<'t>(&'t str);
+    impl fmt::Write for Rest<'_> {
+        fn write_str(&mut self, part: &str) -> fmt::Result {
+            self.0 = self.0.strip_prefix(part).ok_or(fmt::Error)?;
+            Ok(())
+        }
+    }
+    let mut rest = Rest(text);
+    fmt::Write::write_fmt(&mut rest, format_args!("{value}")).is_ok() && rest.0.is_empty()
+}
+
+impl Settings {
+    /// The value of a setting.
+    pub fn get(&self, key: Key) -> Value {
+        match key {
+            Key::TickRate => Value::Number(self.tick_rate.hz()),
+            Key::Mode(index, part) => {
+                self.modes.get(index).map_or(Value::Shaper(None), |mode| mode.get(part))
+            }
+            Key::Velocity => Value::Number(self.limits.velocity_mm_s),
+            Key::Acceleration => Value::Number(self.limits.acceleration_mm_s2),
+            Key::TravelMin => Value::Number(self.limits.travel_mm.0),
+            Key::TravelMax => Value::Number(self.limits.travel_mm.1),
+            Key::StreamDecimation => Value::Number(f64::from(self.stream_decimation)),
+            Key::AnalogFullScale => Value::Number(self.analog_scale.full_scale_mm()),
+        }
+    }
+
+    /// Sets a value from its text. A refused text changes nothing.
+    ///
+    /// # Errors
+    /// [`Refusal`] says what the value should have been.
+    pub fn set(&mut self, key: Key, text: &str) -> Result<(), Refusal> {
+        match key {
+            Key::Mode(index, ModeKey::Type) => {
+                let shaper = parse_shaper(text)?;
+                self.change_mode(index, |mode| mode.shaper = shaper);
+            }
+            Key::Mode(index, ModeKey::Frequency) => {
+                let frequency_hz = parse_number(key, text)?;
+                self.change_mode(index, |mode| mode.frequency_hz = frequency_hz);
+            }
+            Key::Mode(index, ModeKey::DampingRatio) => {
+                let damping_ratio = parse_number(key, text)?;
+                self.change_mode(index, |mode| mode.damping_ratio = damping_ratio);
+            }
+            Key::TickRate => {
+                let number = parse_number(key, text)?;
+                self.tick_rate = TickRate::from_hz(number).ok_or(Refusal::OutOfRange { number, key })?;
+            }
+            Key::Velocity => self.limits.velocity_mm_s = parse_number(key, text)?,
+            Key::Acceleration => self.limits.acceleration_mm_s2 = parse_number(key, text)?,
+            Key::TravelMin => {
+                self.limits.travel_mm = travel(parse_number(key, text)?, self.limits.travel_mm.1)?;
+            }
+            Key::TravelMax => {
+                self.limits.travel_mm = travel(self.limits.travel_mm.0, parse_number(key, text)?)?;
+            }
+            Key::StreamDecimation => self.stream_decimation = parse_whole(key, text)?,
+            Key::AnalogFullScale => {
+                let number = parse_number(key, text)?;
+                self.analog_scale = AnalogScale::new(number).ok_or(Refusal::OutOfRange { number, key })?;
+            }
+        }
+        Ok(())
+    }
+
+    fn change_mode(&mut self, index: usize, change: impl FnOnce(&mut ModeSetting)) {
+        if let Some(mode) = self.modes.get_mut(index) {
+            change(mode);
+        }
+    }
+}
+
+impl ModeSetting {
+    fn get(&self, part: ModeKey) -> Value {
+        match part {
+            ModeKey::Frequency => Value::Number(self.frequency_hz),
+            ModeKey::DampingRatio => Value::Number(self.damping_ratio),
+            ModeKey::Type => Value::Shaper(self.shaper),
+        }
+    }
+}
+
+fn parse_number(key: Key, text: &str) -> Result<f64, Refusal> {
+    let number: f64 = text.parse().map_err(|_| Refusal::NotANumber)?;
+    if !number.is_finite() {
+        return Err(Refusal::NotANumber);
+    }
+    let (low, high) = key.range();
+    if (low..=high).contains(&number) { Ok(number) } else { Err(Refusal::OutOfRange { number, key }) }
+}
+
+fn parse_whole(key: Key, text: &str) -> Result<u32, Refusal> {
+    let number = parse_number(key, text)?;
+    if libm::trunc(number) == number { Ok(number as u32) } else { Err(Refusal::NotWhole { number }) }
+}
+
+fn parse_shaper(text: &str) -> Result<Option<ShaperType>, Refusal> {
+    if text.eq_ignore_ascii_case("off") {
+        return Ok(None);
+    }
+    text.parse().map(Some).map_err(|_| Refusal::UnknownType)
+}
+
+fn travel(min_mm: f64, max_mm: f64) -> Result<(f64, f64), Refusal> {
+    let travel_mm = (min_mm, max_mm);
+    if min_mm < max_mm { Ok(travel_mm) } else { Err(Refusal::EmptyTravel { travel_mm }) }
+}

@@ -1,0 +1,167 @@
+//! What a stage is designed for: one mode of the machine and the type of its shaper.
+
+use core::fmt;
+use core::str::FromStr;
+
+use crate::units::TickRate;
+
+/// How many times the shaper's zero sits on the mode's pole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShaperType {
+    /// Zero vibration: two impulses, eq. (30) of the paper.
+    Zv,
+    /// Zero vibration and derivative: three impulses, eq. (31).
+    Zvd,
+    /// Zero vibration and two derivatives: four impulses, eq. (32).
+    Zvdd,
+}
+
+impl ShaperType {
+    /// Every type, shortest first.
+    pub const ALL: [Self; 3] = [Self::Zv, Self::Zvd, Self::Zvdd];
+
+    /// The multiplicity of the zero: 1, 2 or 3. The shaper lasts as many half periods.
+    pub fn order(self) -> u32 {
+        match self {
+            Self::Zv => 1,
+            Self::Zvd => 2,
+            Self::Zvdd => 3,
+        }
+    }
+
+    /// The name used on the console, in files and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zv => "zv",
+            Self::Zvd => "zvd",
+            Self::Zvdd => "zvdd",
+        }
+    }
+}
+
+impl fmt::Display for ShaperType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A shaper type that does not exist. The message lists those that do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownShaperType;
+
+impl fmt::Display for UnknownShaperType {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("unknown shaper type; use zv, zvd or zvdd")
+    }
+}
+
+impl core::error::Error for UnknownShaperType {}
+
+impl FromStr for ShaperType {
+    type Err = UnknownShaperType;
+
+    fn from_str(text: &str) -> Result<Self, UnknownShaperType> {
+        Self::ALL.into_iter().find(|kind| kind.name().eq_ignore_ascii_case(text)).ok_or(UnknownShaperType)
+    }
+}
+
+/// One mode of the machine and the shaper that is to keep it still. Valid by construction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    frequency_hz: f64,
+    damping_ratio: f64,
+    shaper: ShaperType,
+}
+
+impl Mode {
+    /// The lowest frequency that any tick rate and any memory could shape, in hertz.
+    pub const MIN_FREQUENCY_HZ: f64 = 0.01;
+
+    /// A mode with undamped natural frequency `frequency_hz` and `damping_ratio` in 0 ≤ ζ < 1.
+    pub fn new(frequency_hz: f64, damping_ratio: f64, shaper: ShaperType) -> Result<Self, ModeError> {
+        if !(frequency_hz >= Self::MIN_FREQUENCY_HZ && frequency_hz.is_finite()) {
+            return Err(ModeError::Frequency { frequency_hz });
+        }
+        if !(0.0..1.0).contains(&damping_ratio) {
+            return Err(ModeError::DampingRatio { damping_ratio });
+        }
+        Ok(Self { frequency_hz, damping_ratio, shaper })
+    }
+
+    /// Undamped natural frequency ω/2π in hertz.
+    pub fn frequency_hz(&self) -> f64 {
+        self.frequency_hz
+    }
+
+    /// Damping ratio ζ.
+    pub fn damping_ratio(&self) -> f64 {
+        self.damping_ratio
+    }
+
+    /// The type of this mode's shaper.
+    pub fn shaper(&self) -> ShaperType {
+        self.shaper
+    }
+
+    /// Undamped natural frequency ω in rad/s.
+    pub fn omega(&self) -> f64 {
+        core::f64::consts::TAU * self.frequency_hz
+    }
+
+    /// Damped natural frequency ω_d = ω √(1 − ζ²) in rad/s.
+    pub fn omega_damped(&self) -> f64 {
+        self.omega() * libm::sqrt(1.0 - self.damping_ratio * self.damping_ratio)
+    }
+
+    /// Half a damped period, π/ω_d, in seconds: the spacing of the impulses.
+    pub fn half_period_s(&self) -> f64 {
+        core::f64::consts::PI / self.omega_damped()
+    }
+
+    /// K of eqs. (30)–(32): what is left of a free oscillation after half a damped period.
+    pub fn decay_per_half_period(&self) -> f64 {
+        libm::exp(-self.damping_ratio * self.omega() * self.half_period_s())
+    }
+}
+
+/// Why a mode cannot be shaped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ModeError {
+    /// The frequency is not a usable number of hertz.
+    Frequency {
+        /// The refused value.
+        frequency_hz: f64,
+    },
+    /// The damping ratio is not in 0 ≤ ζ < 1.
+    DampingRatio {
+        /// The refused value.
+        damping_ratio: f64,
+    },
+    /// The mode rings at or above half the tick rate, so ticks cannot describe it.
+    AboveNyquist {
+        /// The mode's frequency.
+        frequency_hz: f64,
+        /// The rate it was to be shaped at.
+        tick_rate: TickRate,
+    },
+}
+
+impl fmt::Display for ModeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Frequency { frequency_hz } => {
+                write!(f, "frequency {frequency_hz} Hz must be at least {} Hz", Mode::MIN_FREQUENCY_HZ)
+            }
+            Self::DampingRatio { damping_ratio } => {
+                write!(f, "damping ratio {damping_ratio} must be at least 0 and below 1")
+            }
+            Self::AboveNyquist { frequency_hz, tick_rate } => write!(
+                f,
+                "frequency {frequency_hz} Hz must be below half the tick rate, {} Hz",
+                tick_rate.hz() / 2.0
+            ),
+        }
+    }
+}
+
+impl core::error::Error for ModeError {}

@@ -61,10 +61,7 @@ fn parse(arguments: &[String]) -> Result<(PathBuf, EmulatorOptions), String> {
     Ok((image.ok_or("which image?")?, options))
 }
 
-fn run(
-    image: &std::path::Path,
-    options: &EmulatorOptions,
-) -> Result<(), Box<dyn std::error::Error>> {
+fn run(image: &std::path::Path, options: &EmulatorOptions) -> Result<(), Box<dyn std::error::Error>> {
     // Signals first: one that comes during the start-up must not leave an emulator behind.
     let mut signals = Signals::new([SIGHUP, SIGINT, SIGTERM])?;
     let (end, ended) = mpsc::channel();

@@ -50,14 +50,9 @@ pub(super) fn boot<S: Read + Write>(
         client.watch(region.base, region.length)?;
     }
     client.break_at(symbols.boot_complete())?;
-    let report = StartUp {
-        client: &mut client,
-        symbols,
-        cover: ClockCover::default(),
-        served: 0,
-        last_access: None,
-    }
-    .run(limit)?;
+    let report =
+        StartUp { client: &mut client, symbols, cover: ClockCover::default(), served: 0, last_access: None }
+            .run(limit)?;
     for region in ClockCover::REGIONS {
         client.unwatch(region.base, region.length)?;
     }
@@ -94,10 +89,7 @@ impl<S: Read + Write> StartUp<'_, S> {
             if stop.watchpoint.is_some() {
                 self.serve(pc)?;
             } else if pc == self.symbols.boot_complete() {
-                return Ok(BootReport {
-                    served_accesses: self.served,
-                    duration: begun.elapsed(),
-                });
+                return Ok(BootReport { served_accesses: self.served, duration: begun.elapsed() });
             } else {
                 return Err(BootFailure::Emulator(EmulatorError::UnexpectedStop {
                     location: self.symbols.describe(pc),
@@ -115,13 +107,11 @@ impl<S: Read + Write> StartUp<'_, S> {
             // `memory` has checked the length.
             _ => (0, 0),
         };
-        let refused =
-            |source: UnsupportedInstruction, symbols: &ImageSymbols| EmulatorError::Instruction {
-                location: symbols.describe(pc),
-                source,
-            };
-        let access =
-            thumb::decode(first, second).map_err(|source| refused(source, self.symbols))?;
+        let refused = |source: UnsupportedInstruction, symbols: &ImageSymbols| EmulatorError::Instruction {
+            location: symbols.describe(pc),
+            source,
+        };
+        let access = thumb::decode(first, second).map_err(|source| refused(source, self.symbols))?;
         let base_value = self.client.register(access.base)?;
         let index_value = match access.offset {
             Offset::Immediate(_) => 0,

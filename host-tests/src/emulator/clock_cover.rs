@@ -23,18 +23,9 @@ impl Region {
     }
 }
 
-const RCC: Region = Region {
-    base: 0x4002_3800,
-    length: 0x100,
-};
-const PWR: Region = Region {
-    base: 0x4000_7000,
-    length: 0x8,
-};
-const FLASH: Region = Region {
-    base: 0x4002_3c00,
-    length: 0x40,
-};
+const RCC: Region = Region { base: 0x4002_3800, length: 0x100 };
+const PWR: Region = Region { base: 0x4000_7000, length: 0x8 };
+const FLASH: Region = Region { base: 0x4002_3c00, length: 0x40 };
 
 const RCC_CR: u32 = RCC.base;
 const RCC_PLLCFGR: u32 = RCC.base + 0x04;
@@ -70,9 +61,7 @@ pub struct ClockCover {
 impl Default for ClockCover {
     /// The state after a power-on reset.
     fn default() -> Self {
-        Self {
-            words: BTreeMap::from(RESET_VALUES),
-        }
+        Self { words: BTreeMap::from(RESET_VALUES) }
     }
 }
 

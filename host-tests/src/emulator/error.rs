@@ -65,9 +65,7 @@ pub enum EmulatorError {
         output: String,
     },
     /// The start-up touched a covered register with an instruction that is not decoded.
-    #[error(
-        "at {location} a covered register is touched in a way the driver does not serve: {source}"
-    )]
+    #[error("at {location} a covered register is touched in a way the driver does not serve: {source}")]
     Instruction {
         /// Program counter and, where known, the function.
         location: String,
@@ -111,9 +109,6 @@ pub enum EmulatorError {
 
 impl EmulatorError {
     pub(super) fn system(doing: impl Into<String>, source: std::io::Error) -> Self {
-        Self::System {
-            doing: doing.into(),
-            source,
-        }
+        Self::System { doing: doing.into(), source }
     }
 }

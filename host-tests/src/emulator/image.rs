@@ -21,14 +21,9 @@ pub(super) struct ImageSymbols {
 impl ImageSymbols {
     /// Reads an ELF file.
     pub(super) fn read(image: &Path) -> Result<Self, EmulatorError> {
-        let fail = |reason: String| EmulatorError::Image {
-            image: image.to_owned(),
-            reason,
-        };
+        let fail = |reason: String| EmulatorError::Image { image: image.to_owned(), reason };
         let bytes = std::fs::read(image).map_err(|error| {
-            fail(format!(
-                "{error}; `cargo xtask firmware` builds it and prints its path"
-            ))
+            fail(format!("{error}; `cargo xtask firmware` builds it and prints its path"))
         })?;
         let file = object::File::parse(bytes.as_slice())
             .map_err(|error| fail(format!("not an ELF file ({error})")))?;
@@ -58,10 +53,7 @@ impl ImageSymbols {
                     "it has no function `{BOOT_COMPLETE_SYMBOL}`, which tells the driver that the start-up is over"
                 ))
             })?;
-        Ok(Self {
-            boot_complete,
-            functions,
-        })
+        Ok(Self { boot_complete, functions })
     }
 
     /// Address of [`BOOT_COMPLETE_SYMBOL`], even.
@@ -71,9 +63,7 @@ impl ImageSymbols {
 
     /// `address` with the function around it, for messages.
     pub(super) fn describe(&self, address: u32) -> String {
-        let after = self
-            .functions
-            .partition_point(|(start, _, _)| *start <= address);
+        let after = self.functions.partition_point(|(start, _, _)| *start <= address);
         let around = self
             .functions
             .get(..after)
@@ -95,10 +85,7 @@ mod tests {
     #[test]
     fn files_that_are_not_images_are_refused_with_a_reason() {
         let missing = ImageSymbols::read(Path::new("no/such/image")).expect_err("absent");
-        assert!(
-            missing.to_string().contains("cargo xtask firmware"),
-            "{missing}"
-        );
+        assert!(missing.to_string().contains("cargo xtask firmware"), "{missing}");
         let own = std::env::current_exe().expect("this test");
         let host = ImageSymbols::read(&own).expect_err("a host program");
         assert!(host.to_string().contains("not for the board"), "{host}");
@@ -111,10 +98,7 @@ mod tests {
     fn addresses_are_described_by_the_function_around_them() {
         let symbols = ImageSymbols {
             boot_complete: 0x0800_0400,
-            functions: vec![
-                (0x0800_0400, 0x10, "first".to_owned()),
-                (0x0800_0420, 0, "sizeless".to_owned()),
-            ],
+            functions: vec![(0x0800_0400, 0x10, "first".to_owned()), (0x0800_0420, 0, "sizeless".to_owned())],
         };
         assert_eq!(symbols.describe(0x0800_0404), "0x08000404 (first+0x4)");
         assert_eq!(symbols.describe(0x0800_0410), "0x08000410");

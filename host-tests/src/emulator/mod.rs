@@ -87,9 +87,7 @@ impl Emulator {
             &directory.path().join("output"),
         )?;
         let deadline = Instant::now() + options.start_limit;
-        let serial = wait_for(&mut process, deadline, "its serial port", || {
-            HeldSerial::open(&terminal)
-        })?;
+        let serial = wait_for(&mut process, deadline, "its serial port", || HeldSerial::open(&terminal))?;
         let link = wait_for(&mut process, deadline, "its debug link", || {
             let stream = UnixStream::connect(&gdb)?;
             // Short, so that the protocol's own limits are kept.
@@ -97,22 +95,13 @@ impl Emulator {
             Ok(stream)
         })?;
         let report =
-            boot::boot(RspClient::new(link), &symbols, options.boot_limit).map_err(|failure| {
-                match failure {
+            boot::boot(RspClient::new(link), &symbols, options.boot_limit).map_err(
+                |failure| match failure {
                     BootFailure::Emulator(error) => error,
-                    BootFailure::Link(source) => EmulatorError::Link {
-                        source,
-                        output: process.output(),
-                    },
-                }
-            })?;
-        Ok(Self {
-            process,
-            serial,
-            report,
-            version,
-            _directory: directory,
-        })
+                    BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
+                },
+            )?;
+        Ok(Self { process, serial, report, version, _directory: directory })
     }
 
     /// The pseudo-terminal that is the board's serial port; open it like any serial port.
@@ -198,9 +187,6 @@ fn wait_for<T>(
                 continue;
             }
         };
-        return Err(EmulatorError::Process {
-            what: failure,
-            output: process.output(),
-        });
+        return Err(EmulatorError::Process { what: failure, output: process.output() });
     }
 }

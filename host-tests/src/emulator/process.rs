@@ -25,11 +25,7 @@ impl QemuProcess {
     /// it ends, even if this process is killed without a chance to clean up: an orphan would keep
     /// a core busy for ever. That thread therefore does nothing else and lives as long as `Self`,
     /// whichever threads the owner is handed between.
-    pub(super) fn start(
-        program: &Path,
-        arguments: &[String],
-        output: &Path,
-    ) -> Result<Self, EmulatorError> {
+    pub(super) fn start(program: &Path, arguments: &[String], output: &Path) -> Result<Self, EmulatorError> {
         let failed = |source| EmulatorError::system(format!("starting {program:?}"), source);
         let log = File::create(output).map_err(failed)?;
         let log_too = log.try_clone().map_err(failed)?;
@@ -40,11 +36,7 @@ impl QemuProcess {
         } else {
             Command::new(program)
         };
-        command
-            .args(arguments)
-            .stdin(Stdio::null())
-            .stdout(log)
-            .stderr(log_too);
+        command.args(arguments).stdin(Stdio::null()).stdout(log).stderr(log_too);
         let (report, started) = mpsc::channel();
         let (release, released) = mpsc::channel::<()>();
         let supervisor = std::thread::Builder::new()
@@ -60,12 +52,7 @@ impl QemuProcess {
             .recv()
             .map_err(|_| failed(std::io::Error::other("the supervising thread ended")))?
             .map_err(failed)?;
-        Ok(Self {
-            child,
-            output: output.to_owned(),
-            release: Some(release),
-            supervisor: Some(supervisor),
-        })
+        Ok(Self { child, output: output.to_owned(), release: Some(release), supervisor: Some(supervisor) })
     }
 
     /// Exit status, if the emulator has ended by itself.
@@ -131,15 +118,9 @@ mod tests {
         let directory = tempfile::tempdir().expect("temporary directory");
         let log = directory.path().join("log");
         let start = move || QemuProcess::start(Path::new("sleep"), &["60".to_owned()], &log);
-        let mut process = std::thread::spawn(start)
-            .join()
-            .expect("no panic")
-            .expect("sleep");
+        let mut process = std::thread::spawn(start).join().expect("no panic").expect("sleep");
         std::thread::sleep(std::time::Duration::from_millis(50));
-        assert!(
-            process.ended().is_none(),
-            "outlives the thread that asked for it"
-        );
+        assert!(process.ended().is_none(), "outlives the thread that asked for it");
         let entry = PathBuf::from(format!("/proc/{}", process.id()));
         drop(process);
         assert!(!entry.exists());

@@ -64,10 +64,7 @@ pub struct RspClient<S> {
 impl<S: Read + Write> RspClient<S> {
     /// A client on a connected stream.
     pub fn new(stream: S) -> Self {
-        Self {
-            stream,
-            received: Vec::new(),
-        }
+        Self { stream, received: Vec::new() }
     }
 
     /// Value of core register `number` (13 = sp, 15 = pc, 25 = program status).
@@ -178,11 +175,7 @@ impl<S: Read + Write> RspClient<S> {
 
     fn expect_ok(&mut self, command: &str) -> Result<(), RspError> {
         let answer = self.command(command)?;
-        if answer == "OK" {
-            Ok(())
-        } else {
-            Err(refused(command, &answer))
-        }
+        if answer == "OK" { Ok(()) } else { Err(refused(command, &answer)) }
     }
 
     fn command(&mut self, payload: &str) -> Result<String, RspError> {
@@ -220,13 +213,9 @@ impl<S: Read + Write> RspClient<S> {
                     byte => raw.push(byte),
                 }
             }
-            let digits = [
-                self.next_byte(deadline, limit)?,
-                self.next_byte(deadline, limit)?,
-            ];
-            let claimed = std::str::from_utf8(&digits)
-                .ok()
-                .and_then(|text| u8::from_str_radix(text, 16).ok());
+            let digits = [self.next_byte(deadline, limit)?, self.next_byte(deadline, limit)?];
+            let claimed =
+                std::str::from_utf8(&digits).ok().and_then(|text| u8::from_str_radix(text, 16).ok());
             if claimed == Some(checksum(&raw)) {
                 self.stream.write_all(b"+")?;
                 return Ok(unescape(&raw));
@@ -244,9 +233,7 @@ impl<S: Read + Write> RspClient<S> {
             match self.stream.read(&mut chunk) {
                 Ok(0) => return Err(RspError::Closed),
                 // Last byte first, so that taking one is a pop.
-                Ok(count) => self
-                    .received
-                    .extend(chunk.iter().take(count).rev().copied()),
+                Ok(count) => self.received.extend(chunk.iter().take(count).rev().copied()),
                 Err(error) => match error.kind() {
                     ErrorKind::Interrupted => {}
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => {}
@@ -266,10 +253,7 @@ impl<S: Read + Write> RspClient<S> {
 }
 
 fn refused(command: &str, answer: &str) -> RspError {
-    RspError::Refused {
-        command: command.to_owned(),
-        answer: answer.to_owned(),
-    }
+    RspError::Refused { command: command.to_owned(), answer: answer.to_owned() }
 }
 
 /// Sum of the bytes modulo 256.
@@ -304,10 +288,7 @@ fn parse_hex(text: &str) -> Option<Vec<u8>> {
     if !text.is_ascii() || !text.len().is_multiple_of(2) {
         return None;
     }
-    (0..text.len())
-        .step_by(2)
-        .map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok())
-        .collect()
+    (0..text.len()).step_by(2).map(|at| u8::from_str_radix(text.get(at..at + 2)?, 16).ok()).collect()
 }
 
 /// `T05thread:01;awatch:40023800;` or `S05`.

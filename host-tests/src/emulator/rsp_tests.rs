@@ -16,10 +16,7 @@ struct Fake {
 impl Fake {
     fn new(script: &[&str]) -> Self {
         Self {
-            script: script
-                .iter()
-                .map(|piece| piece.as_bytes().to_vec())
-                .collect(),
+            script: script.iter().map(|piece| piece.as_bytes().to_vec()).collect(),
             readable: VecDeque::new(),
             sent: Vec::new(),
             closes: false,
@@ -46,8 +43,7 @@ impl Write for Fake {
         self.sent.extend(bytes);
         // An acknowledgement alone asks for nothing; everything else gets the next piece.
         if bytes != b"+" {
-            self.readable
-                .extend(self.script.pop_front().unwrap_or_default());
+            self.readable.extend(self.script.pop_front().unwrap_or_default());
         }
         Ok(bytes.len())
     }
@@ -94,12 +90,7 @@ fn watchpoints_and_breakpoints_have_their_packets() {
     client.break_at(0x0800_0400).expect("accepted");
     client.unbreak(0x0800_0400).expect("accepted");
     let sent = sent(&client);
-    for packet in [
-        "$Z4,40023800,100#",
-        "$z4,40023800,100#",
-        "$Z1,8000400,2#",
-        "$z1,8000400,2#",
-    ] {
+    for packet in ["$Z4,40023800,100#", "$z4,40023800,100#", "$Z1,8000400,2#", "$z1,8000400,2#"] {
         assert!(sent.contains(packet), "{sent}");
     }
 }
@@ -107,11 +98,7 @@ fn watchpoints_and_breakpoints_have_their_packets() {
 #[test]
 fn stops_tell_watchpoints_from_breakpoints() {
     let limit = Duration::from_millis(50);
-    let mut client = client(&[
-        "+$T05thread:01;awatch:40023800;#85",
-        "+$T05thread:01;#07",
-        "+$S02#b5",
-    ]);
+    let mut client = client(&["+$T05thread:01;awatch:40023800;#85", "+$T05thread:01;#07", "+$S02#b5"]);
     let watched = client.resume(limit).expect("stop");
     assert_eq!(watched.watchpoint, Some(0x4002_3800));
     let broken = client.resume(limit).expect("stop");
@@ -123,10 +110,7 @@ fn stops_tell_watchpoints_from_breakpoints() {
 fn a_running_cpu_is_a_timeout_and_can_be_interrupted() {
     let mut client = client(&["+", "$T02thread:01;#04"]);
     let limit = Duration::from_millis(20);
-    assert!(matches!(
-        client.resume(limit),
-        Err(RspError::Timeout { .. })
-    ));
+    assert!(matches!(client.resume(limit), Err(RspError::Timeout { .. })));
     assert_eq!(client.interrupt().expect("stop").signal, 2);
     assert!(client.stream.sent.contains(&0x03));
 }
@@ -134,9 +118,7 @@ fn a_running_cpu_is_a_timeout_and_can_be_interrupted() {
 #[test]
 fn a_damaged_answer_is_asked_for_again() {
     let mut client = client(&["+$OK#00", "$OK#9a"]);
-    client
-        .set_register(0, 0)
-        .expect("the second answer is whole");
+    client.set_register(0, 0).expect("the second answer is whole");
     assert!(sent(&client).ends_with("-+"));
 }
 
@@ -159,9 +141,7 @@ fn a_command_is_repeated_when_the_stub_asks() {
 #[test]
 fn refusals_and_ends_are_told_apart() {
     let mut refusing = client(&["+$E22#a9"]);
-    assert!(
-        matches!(refusing.watch(0, 4), Err(RspError::Refused { answer, .. }) if answer == "E22")
-    );
+    assert!(matches!(refusing.watch(0, 4), Err(RspError::Refused { answer, .. }) if answer == "E22"));
     let mut ending = client(&["+"]);
     ending.stream.closes = true;
     assert!(matches!(ending.register(0), Err(RspError::Closed)));

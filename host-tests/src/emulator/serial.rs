@@ -23,10 +23,7 @@ impl HeldSerial {
         // NOCTTY: a signal typed on the board's console must not reach this process.
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC | OFlags::NONBLOCK;
         let terminal = rustix::fs::open(&path, flags, Mode::empty())?;
-        Ok(Self {
-            path,
-            _terminal: terminal,
-        })
+        Ok(Self { path, _terminal: terminal })
     }
 
     /// The terminal's own path.

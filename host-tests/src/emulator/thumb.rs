@@ -93,16 +93,8 @@ impl WordAccess {
 /// [`UnsupportedInstruction`] for everything but a word load or store through registers: byte,
 /// halfword, double and multiple transfers, exclusives, unprivileged and pc-relative accesses.
 pub fn decode(first: u16, second: u16) -> Result<WordAccess, UnsupportedInstruction> {
-    let refuse = |what| UnsupportedInstruction {
-        what,
-        first,
-        second,
-    };
-    if first >> 11 >= 0b11101 {
-        decode_wide(first, second, refuse)
-    } else {
-        decode_narrow(first, refuse)
-    }
+    let refuse = |what| UnsupportedInstruction { what, first, second };
+    if first >> 11 >= 0b11101 { decode_wide(first, second, refuse) } else { decode_narrow(first, refuse) }
 }
 
 fn decode_narrow(
@@ -137,10 +129,7 @@ fn decode_narrow(
         )),
         // Register offset: 0101 op Rm Rn Rt.
         0b0101 => {
-            let offset = Offset::Register {
-                index: high,
-                shift: 0,
-            };
+            let offset = Offset::Register { index: high, shift: 0 };
             match field(first, 9, 3) {
                 0b000 => Ok(access(Direction::Store, low, middle, offset)),
                 0b100 => Ok(access(Direction::Load, low, middle, offset)),
@@ -205,10 +194,7 @@ fn decode_wide(
     }
     if second & 0x0fc0 == 0 {
         // T2 register: 000000 imm2 Rm.
-        let offset = Offset::Register {
-            index: field(second, 0, 4),
-            shift: field(second, 4, 2),
-        };
+        let offset = Offset::Register { index: field(second, 0, 4), shift: field(second, 4, 2) };
         return Ok(access(offset, Indexing::Offset));
     }
     if field(second, 11, 1) == 0 {
@@ -216,11 +202,7 @@ fn decode_wide(
     }
     // T4: 1 P U W imm8.
     let magnitude = i32::from(second & 0xff);
-    let bytes = if field(second, 9, 1) == 1 {
-        magnitude
-    } else {
-        -magnitude
-    };
+    let bytes = if field(second, 9, 1) == 1 { magnitude } else { -magnitude };
     let indexing = match (field(second, 10, 1), field(second, 8, 1)) {
         (1, 0) if field(second, 9, 1) == 1 => return Err(refuse("LDRT or STRT")),
         (1, 0) => Indexing::Offset,
@@ -240,11 +222,7 @@ fn field(halfword: u16, lowest: u32, width: u32) -> u8 {
 }
 
 fn direction(halfword: u16, load_bit: u32) -> Direction {
-    if field(halfword, load_bit, 1) == 1 {
-        Direction::Load
-    } else {
-        Direction::Store
-    }
+    if field(halfword, load_bit, 1) == 1 { Direction::Load } else { Direction::Store }
 }
 
 /// Program status with the IT block's state moved on by one instruction.
@@ -254,11 +232,7 @@ fn direction(halfword: u16, load_bit: u32) -> Direction {
 /// served instruction would be applied to the one after it. ITSTATE sits in bits 26:25 and 15:10.
 pub fn advance_it_block(program_status: u32) -> u32 {
     let state = ((program_status >> 25) & 0b11) | ((program_status >> 8) & 0xfc);
-    let next = if state & 0b111 == 0 {
-        0
-    } else {
-        (state & 0xe0) | ((state << 1) & 0x1f)
-    };
+    let next = if state & 0b111 == 0 { 0 } else { (state & 0xe0) | ((state << 1) & 0x1f) };
     (program_status & !0x0600_fc00) | ((next & 0b11) << 25) | ((next & 0xfc) << 8)
 }
 

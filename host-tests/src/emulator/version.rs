@@ -28,15 +28,9 @@ impl QemuVersion {
     /// Reads the output of `--version`: `QEMU emulator version 10.0.2 (Debian ...)`.
     pub fn parse(output: &str) -> Option<Self> {
         let (_, rest) = output.split_once("version ")?;
-        let mut numbers = rest
-            .split(|c: char| !c.is_ascii_digit() && c != '.')
-            .next()?
-            .split('.')
-            .map(str::parse);
-        Some(Self {
-            major: numbers.next()?.ok()?,
-            minor: numbers.next()?.ok()?,
-        })
+        let mut numbers =
+            rest.split(|c: char| !c.is_ascii_digit() && c != '.').next()?.split('.').map(str::parse);
+        Some(Self { major: numbers.next()?.ok()?, minor: numbers.next()?.ok()? })
     }
 }
 
@@ -45,10 +39,7 @@ pub(super) fn check(qemu: &Path) -> Result<QemuVersion, EmulatorError> {
     let output = Command::new(qemu)
         .arg("--version")
         .output()
-        .map_err(|source| EmulatorError::NotFound {
-            program: qemu.to_owned(),
-            source,
-        })?;
+        .map_err(|source| EmulatorError::NotFound { program: qemu.to_owned(), source })?;
     let text = String::from_utf8_lossy(&output.stdout);
     match QemuVersion::parse(&text) {
         Some(version) if version.major >= OLDEST_MAJOR => Ok(version),
@@ -66,21 +57,13 @@ mod tests {
     #[test]
     fn versions_are_read_from_what_distributions_print() {
         let table = [
-            (
-                "QEMU emulator version 10.0.2 (Debian 1:10.0.2+ds-2)\nCopyright",
-                10,
-                0,
-            ),
+            ("QEMU emulator version 10.0.2 (Debian 1:10.0.2+ds-2)\nCopyright", 10, 0),
             ("QEMU emulator version 7.2.17 (Debian 1:7.2+dfsg-7)", 7, 2),
             ("QEMU emulator version 10.1.0-rc2", 10, 1),
             ("QEMU emulator version 11.0\n", 11, 0),
         ];
         for (text, major, minor) in table {
-            assert_eq!(
-                QemuVersion::parse(text),
-                Some(QemuVersion { major, minor }),
-                "{text}"
-            );
+            assert_eq!(QemuVersion::parse(text), Some(QemuVersion { major, minor }), "{text}");
         }
         for text in ["", "QEMU", "version ", "version x.y", "version 10"] {
             assert_eq!(QemuVersion::parse(text), None, "{text:?}");

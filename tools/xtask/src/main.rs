@@ -1,2 +1,66 @@
-//! Chores.
-fn main() {}
+//! The project's chores, one file each: `cargo xtask CHORE`.
+
+mod cargo;
+mod emulate;
+mod failure;
+mod firmware;
+mod libtest;
+mod run;
+mod setup;
+mod size;
+mod test;
+
+use std::process::ExitCode;
+
+use failure::Failure;
+
+const USAGE: &str = "usage: cargo xtask CHORE
+
+  test                 everything: set-up, format, lints, firmware image, host and emulator tests
+  firmware             build the release image and print its path
+  size [--symbols N]   build the image and print how much flash and RAM it takes
+  emulate [--shift N]  run the image on an emulated board and print its serial port
+  setup                install what the other chores need (they also do it themselves)
+
+environment
+  CI=true                    whatever was not run counts as a failure
+  STILLBEAM_CROSS=distribution   build the image with the distribution's compiler even where
+                             rustup has the target";
+
+fn main() -> ExitCode {
+    let arguments: Vec<_> = std::env::args().skip(1).collect();
+    let words: Vec<_> = arguments.iter().map(String::as_str).collect();
+    match dispatch(&words) {
+        Ok(code) => code,
+        Err(failure) => {
+            eprintln!("xtask: {failure}");
+            match failure {
+                Failure::Usage(_) => {
+                    eprintln!("{USAGE}");
+                    ExitCode::from(2)
+                }
+                _ => ExitCode::FAILURE,
+            }
+        }
+    }
+}
+
+fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
+    match words {
+        ["test"] => return test::test(),
+        ["firmware"] => println!("{}", firmware::build(setup::compiler()?)?.display()),
+        ["size"] => size::size(0)?,
+        ["size", "--symbols", count] => size::size(number(count)?)?,
+        ["emulate"] => emulate::emulate(None)?,
+        ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
+        ["setup"] => setup::everything()?,
+        ["help" | "--help" | "-h"] => println!("{USAGE}"),
+        [] => return Err(Failure::Usage("which chore?".to_owned())),
+        unknown => return Err(Failure::Usage(format!("unknown chore: {}", unknown.join(" ")))),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn number(text: &str) -> Result<usize, Failure> {
+    text.parse().map_err(|_| Failure::Usage(format!("{text}: not a whole number")))
+}

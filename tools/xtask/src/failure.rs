@@ -1,0 +1,47 @@
+//! What stops a chore.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// A chore that could not be done.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// The command line makes no sense.
+    #[error("{0}")]
+    Usage(String),
+    /// A program could not be started.
+    #[error("cannot run {program}: {source}")]
+    Start {
+        /// The program.
+        program: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A program ended with an error.
+    #[error("`{command}` failed ({how})")]
+    Command {
+        /// The command line.
+        command: String,
+        /// Its exit status, or the limit that it exceeded.
+        how: String,
+    },
+    /// Something that a chore needs is missing and could not be installed.
+    #[error("{what} is missing: {why}; {remedy}")]
+    Missing {
+        /// What is missing.
+        what: &'static str,
+        /// Why it could not be installed here.
+        why: String,
+        /// What the reader can do.
+        remedy: &'static str,
+    },
+    /// A file could not be read or written.
+    #[error("{path:?}: {reason}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+}

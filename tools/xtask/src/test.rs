@@ -1,0 +1,202 @@
+//! The one test command.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Command, ExitCode, Stdio};
+use std::time::Instant;
+
+use crate::cargo::cargo;
+use crate::failure::Failure;
+use crate::libtest::Tally;
+use crate::run::{cannot_start, describe, run, say};
+use crate::{firmware, setup, size};
+
+/// Set for the emulator tests: the image to boot.
+const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
+
+/// Runs every check, all of them even when one fails, and sums up on standard output.
+pub fn test() -> Result<ExitCode, Failure> {
+    let mut outcome = Outcome::default();
+    let compiler = outcome.tool("the firmware image and the emulator tests", setup::compiler);
+    let emulator = outcome.tool("the emulator tests", setup::emulator);
+    outcome.step("format", || run(cargo().args(["fmt", "--all", "--check"])));
+    outcome.step("lints", || {
+        let mut lint = cargo();
+        lint.args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]);
+        run(&mut lint)
+    });
+    let image = compiler.and_then(|compiler| outcome.step("firmware image", || firmware::build(compiler)));
+    if let Some(image) = &image {
+        outcome.step("image size", || {
+            print!("{}", size::report(image, 0)?);
+            Ok(())
+        });
+    }
+    let image = image.filter(|_| emulator.is_some());
+    outcome.tests(image.as_deref())?;
+    let everything_must_run = std::env::var("CI").is_ok_and(|value| value == "true");
+    let (summary, well) = outcome.conclude(everything_must_run);
+    print!("{summary}");
+    Ok(if well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+#[derive(Debug, Default)]
+struct Outcome {
+    tally: Tally,
+    /// Failed steps, each with why.
+    broken: Vec<String>,
+}
+
+impl Outcome {
+    /// A preparation without which `consequence` is not run.
+    fn tool<T>(&mut self, consequence: &str, prepare: impl FnOnce() -> Result<T, Failure>) -> Option<T> {
+        match prepare() {
+            Ok(tool) => Some(tool),
+            Err(failure) => {
+                self.tally.not_run.push(format!("{consequence}: not run, {failure}"));
+                None
+            }
+        }
+    }
+
+    fn step<T>(&mut self, name: &str, work: impl FnOnce() -> Result<T, Failure>) -> Option<T> {
+        say(format!("{name} ..."));
+        let begun = Instant::now();
+        let result = work();
+        let seconds = begun.elapsed().as_secs_f64();
+        match result {
+            Ok(made) => {
+                say(format!("{name}: ok ({seconds:.1} s)"));
+                Some(made)
+            }
+            Err(failure) => {
+                say(format!("{name}: FAILED ({seconds:.1} s): {failure}"));
+                self.broken.push(format!("{name}: {failure}"));
+                None
+            }
+        }
+    }
+
+    /// All tests of the workspace in one go; with an image, the emulator tests boot it.
+    fn tests(&mut self, image: Option<&Path>) -> Result<(), Failure> {
+        let mut command = cargo();
+        command
+            .args(["test", "--workspace", "--no-fail-fast", "--", "--show-output"])
+            .env_remove(IMAGE_VARIABLE);
+        if let Some(image) = image {
+            command.env(IMAGE_VARIABLE, image);
+        }
+        say("tests ...");
+        let begun = Instant::now();
+        let succeeded = follow(&mut command, &mut self.tally, std::io::stdout())?;
+        say(format!("tests: {:.1} s", begun.elapsed().as_secs_f64()));
+        // Tests that do not compile, or a test process that crashed, fail without a result line.
+        if !succeeded && self.tally.failed == 0 {
+            self.broken.push("tests: `cargo test` failed without a failing test".to_owned());
+        }
+        Ok(())
+    }
+
+    /// What failed, what was not run, and the count as the last line; and whether all is well.
+    fn conclude(self, everything_must_run: bool) -> (String, bool) {
+        let failures: Vec<_> = self.broken.iter().chain(&self.tally.failures).collect();
+        let not_run: Vec<_> = self.tally.not_run.iter().collect();
+        let mut text = list("failed:", &failures) + &list("not run:", &not_run);
+        let mut failed = self.tally.failed + self.broken.len();
+        let skipped = not_run.iter().filter(|entry| !needs_recordings(entry)).count();
+        if everything_must_run && skipped > 0 {
+            text += &format!("CI=true: {skipped} of what was not run count as failures\n");
+            failed += skipped;
+        }
+        text += &format!("{} passed, {failed} failed\n", self.tally.passed);
+        (text, failed == 0)
+    }
+}
+
+/// Whether an entry is about the published recordings, which are not part of the repository: no
+/// set-up could provide them to a fresh clone.
+fn needs_recordings(entry: &str) -> bool {
+    entry.contains("shared/data") || entry.contains("STILLBEAM_DATA")
+}
+
+fn list(title: &str, entries: &[&String]) -> String {
+    if entries.is_empty() {
+        return String::new();
+    }
+    let lines: String = entries.iter().map(|entry| format!("  {entry}\n")).collect();
+    format!("{title}\n{lines}")
+}
+
+/// Runs a command, shows what it prints as it comes and reads the results in it.
+fn follow(command: &mut Command, tally: &mut Tally, mut shown: impl Write) -> Result<bool, Failure> {
+    let mut child = command.stdout(Stdio::piped()).spawn().map_err(|source| cannot_start(command, source))?;
+    let broken =
+        |error: std::io::Error| Failure::Command { command: describe(command), how: error.to_string() };
+    if let Some(pipe) = child.stdout.take() {
+        for line in BufReader::new(pipe).split(b'\n') {
+            let line = line.map_err(broken)?;
+            let line = String::from_utf8_lossy(&line);
+            if tally.take(&line) {
+                // A reader that went away does not end the tests.
+                let _ = writeln!(shown, "{line}");
+            }
+        }
+    }
+    Ok(child.wait().map_err(broken)?.success())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn conclude(lines: &[&str], broken: &[&str], everything_must_run: bool) -> (String, bool) {
+        let mut tally = Tally::default();
+        for line in lines {
+            tally.take(line);
+        }
+        let broken = broken.iter().map(|&step| step.to_owned()).collect();
+        Outcome { tally, broken }.conclude(everything_must_run)
+    }
+
+    const PASSED: &str = "test result: ok. 3 passed; 0 failed; 0 ignored";
+
+    #[test]
+    fn a_skip_fails_only_where_everything_must_run() {
+        let emulator = ["successes:", "boots: not run, no emulator", PASSED];
+        let (text, well) = conclude(&emulator, &[], false);
+        assert!(well && text.ends_with("\n3 passed, 0 failed\n"), "{text}");
+        assert!(text.contains("no emulator"), "{text}");
+        let (text, well) = conclude(&emulator, &[], true);
+        assert!(!well && text.ends_with("\n3 passed, 1 failed\n"), "{text}");
+    }
+
+    #[test]
+    fn recordings_outside_the_repository_are_listed_and_excused() {
+        let recordings = ["successes:", "not run: no recordings at ../shared/data", PASSED];
+        let (text, well) = conclude(&recordings, &[], true);
+        assert!(well && text.contains("shared/data"), "{text}");
+    }
+
+    #[test]
+    fn a_failed_test_or_step_fails_the_whole() {
+        assert_eq!(conclude(&[PASSED], &[], true), ("3 passed, 0 failed\n".to_owned(), true));
+        let (text, well) = conclude(&[PASSED], &["format: not formatted"], false);
+        assert!(!well && text.ends_with("\n3 passed, 1 failed\n"), "{text}");
+        let failing = ["test a ... FAILED", "test result: FAILED. 3 passed; 2 failed; "];
+        let (text, well) = conclude(&failing, &[], false);
+        assert!(!well && text.contains("  a\n") && text.ends_with("3 passed, 2 failed\n"), "{text}");
+    }
+
+    #[test]
+    fn output_is_followed_to_the_end_whatever_its_bytes() {
+        let mut tally = Tally::default();
+        let script =
+            "printf 'caf\\351\\ntest a ... FAILED\\ntest result: FAILED. 0 passed; 1 failed; \\n'; exit 1";
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        let mut shown = Vec::new();
+        assert!(!follow(&mut command, &mut tally, &mut shown).expect("a shell"));
+        assert_eq!(String::from_utf8_lossy(&shown).lines().count(), 3);
+        assert_eq!((tally.failed, tally.failures), (1, vec!["a".to_owned()]));
+    }
+}

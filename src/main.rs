@@ -11,6 +11,7 @@ mod image {
 
     use embassy_executor::Spawner;
     use embassy_futures::select::{Either, select};
+    use embassy_futures::yield_now;
     use embassy_stm32::usart::BufferedUart;
     use embedded_io_async::{Read, Write};
     use heapless::String;
@@ -67,6 +68,9 @@ mod image {
                 Either::First(Ok(count)) => {
                     for byte in received.iter().take(count) {
                         console.feed(*byte, &mut text);
+                        while console.has_waiting_request() {
+                            yield_now().await;
+                        }
                         let _best_effort = transmit.write_all(text.as_bytes()).await;
                         text.clear();
                     }

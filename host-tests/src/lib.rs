@@ -1,4 +1,5 @@
 //! Tests of the firmware on the host: its portable core under std, and its unmodified release
 //! image on an emulated board.
 
+pub mod bench;
 pub mod emulator;

@@ -115,6 +115,12 @@ impl<'m> Console<'m> {
         self.prompt(out);
     }
 
+    /// Whether the interrupt has still to take what the last line asked for. Who sends the reply waits until it has,
+    /// at most one tick per request, so that `ok` means done and lines may follow each other without pause.
+    pub fn has_waiting_request(&self) -> bool {
+        !self.requests.is_empty()
+    }
+
     /// The rate at which the timer has to run the tick.
     pub fn tick_rate(&self) -> TickRate {
         self.table.tick_rate()
@@ -142,10 +148,10 @@ impl<'m> Console<'m> {
 
     /// Refuses while a request waits, so that what is known of the controller is true.
     fn require_taken(&self, command: &'static str) -> Result<(), CommandError<'static>> {
-        if self.requests.is_empty() {
-            Ok(())
-        } else {
+        if self.has_waiting_request() {
             Err(CommandError::Busy { command, reason: Busy::Requests })
+        } else {
+            Ok(())
         }
     }
 

@@ -1,0 +1,133 @@
+//! A machine on the bench: console and tick of the core, driven by hand.
+
+use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+use stillbeam_firmware::control::{Controller, TickOutput};
+use stillbeam_firmware::machine::Machine;
+use stillbeam_firmware::telemetry::{Activity, Sample};
+
+/// The identity of the real board, so that tables come out the same.
+pub const IDENTITY: Identity = Identity { version: "bench", board: "bench", timer_clock_hz: 84_000_000 };
+
+/// Console, tick and samples of one machine.
+pub struct Bench {
+    console: Console<'static>,
+    controller: Controller<'static>,
+    samples: heapless::spsc::Consumer<'static, Sample>,
+    activity: Activity,
+    /// Setpoints of ticks that nobody has asked for yet, in nanometres.
+    log_nm: Vec<i32>,
+}
+
+impl Bench {
+    /// A machine as after reset, with echo off. Its memory is leaked: tests are short.
+    pub fn new() -> Self {
+        let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
+        let parts = machine.split(IDENTITY);
+        let mut bench = Self {
+            console: parts.console,
+            controller: parts.controller,
+            samples: parts.samples,
+            activity: Activity::Rest,
+            log_nm: Vec::new(),
+        };
+        bench.send("echo off");
+        bench
+    }
+
+    /// Sends a line and returns the lines of the reply. Ticks while a request waits, as time would pass on the board.
+    pub fn send(&mut self, line: &str) -> Vec<String> {
+        self.send_bytes(format!("{line}\r").as_bytes()).lines().map(str::to_owned).collect()
+    }
+
+    /// Sends raw bytes and returns everything that comes back, echo included.
+    pub fn send_bytes(&mut self, bytes: &[u8]) -> String {
+        let mut received = String::new();
+        for byte in bytes {
+            let mut reply = LimitedReply::default();
+            self.console.feed(*byte, &mut reply);
+            while self.console.has_waiting_request() {
+                self.tick();
+            }
+            received += &reply.text;
+        }
+        received
+    }
+
+    /// Sends a line that must be accepted and returns its `ok` line.
+    ///
+    /// # Panics
+    /// When the reply does not end in `ok`.
+    pub fn accept(&mut self, line: &str) -> String {
+        let reply = self.send(line);
+        let last = reply.last().cloned().unwrap_or_default();
+        assert!(last.starts_with("ok"), "{line:?} was answered {reply:?}");
+        last
+    }
+
+    /// Sends a line that must be refused and returns its `err` line.
+    ///
+    /// # Panics
+    /// When the reply does not end in `err`.
+    pub fn refuse(&mut self, line: &str) -> String {
+        let reply = self.send(line);
+        let last = reply.last().cloned().unwrap_or_default();
+        assert!(last.starts_with("err "), "{line:?} was answered {reply:?}");
+        last
+    }
+
+    /// One tick.
+    pub fn tick(&mut self) -> TickOutput {
+        let output = self.controller.tick();
+        self.log_nm.push(output.setpoint.0);
+        output
+    }
+
+    /// Forgets the setpoints so far.
+    pub fn clear_log(&mut self) {
+        self.log_nm.clear();
+    }
+
+    /// Ticks until rest, and returns all setpoints since the log was cleared or taken, in nanometres.
+    pub fn run_to_rest(&mut self) -> Vec<i32> {
+        while self.activity() != Activity::Rest {
+            self.tick();
+        }
+        std::mem::take(&mut self.log_nm)
+    }
+
+    /// What `status` says of the state.
+    pub fn activity(&mut self) -> Activity {
+        let reply = self.send("status");
+        let name = reply.iter().find_map(|line| line.strip_prefix("state ")).unwrap_or_default();
+        self.activity =
+            [Activity::Rest, Activity::Moving, Activity::Sweeping, Activity::Stopping, Activity::Settling]
+                .into_iter()
+                .find(|activity| activity.name() == name)
+                .unwrap_or(self.activity);
+        self.activity
+    }
+
+    /// Takes the samples that wait.
+    pub fn samples(&mut self) -> Vec<Sample> {
+        std::iter::from_fn(|| self.samples.dequeue()).collect()
+    }
+}
+
+impl Default for Bench {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// As much room as the board has, and an error past it like there.
+#[derive(Default)]
+struct LimitedReply {
+    text: String,
+}
+
+impl std::fmt::Write for LimitedReply {
+    fn write_str(&mut self, part: &str) -> std::fmt::Result {
+        assert!(self.text.len() + part.len() <= MAX_REPLY, "a reply is longer than the board's buffer");
+        self.text.write_str(part)
+    }
+}

@@ -1,0 +1,277 @@
+//! What the console answers, and that a refusal changes nothing.
+
+use proptest::prelude::*;
+use stillbeam_firmware::console::line::MAX_LINE;
+use stillbeam_firmware::settings::Key;
+use stillbeam_host_tests::bench::Bench;
+
+/// Everything that a refusal must leave as it was: settings live and staged, the table, the position.
+fn state(bench: &mut Bench) -> Vec<String> {
+    ["get", "info", "status"].into_iter().flat_map(|command| bench.send(command)).collect()
+}
+
+#[test]
+fn a_refused_line_changes_nothing_and_says_why() {
+    let cases = [
+        ("frobnicate", "err unknown-command frobnicate: "),
+        ("set mode1.frequency 1.1", "err unknown-name mode1.frequency: "),
+        ("set mode5.frequency_hz 1.1", "err unknown-name mode5.frequency_hz: "),
+        ("set mode1.frequency_hz", "err syntax set: usage: set NAME VALUE"),
+        ("set mode1.frequency_hz 1.1 2", "err syntax set: usage: set NAME VALUE"),
+        ("set mode1.frequency_hz fast", "err syntax mode1.frequency_hz: not a number"),
+        ("set mode1.frequency_hz nan", "err syntax mode1.frequency_hz: not a number"),
+        ("set mode1.frequency_hz inf", "err syntax mode1.frequency_hz: not a number"),
+        ("set mode1.frequency_hz 0", "err range mode1.frequency_hz: 0 is outside 0.01..10000 Hz"),
+        ("set mode1.frequency_hz -1", "err range mode1.frequency_hz: -1 is outside "),
+        ("set mode1.damping_ratio 1", "err range mode1.damping_ratio: 1 is outside 0..0.99"),
+        ("set mode1.damping_ratio -0.1", "err range mode1.damping_ratio: -0.1 is outside "),
+        ("set mode1.type zvx", "err syntax mode1.type: unknown shaper type; use off, zv, zvd or zvdd"),
+        ("set tick.rate_hz 100", "err range tick.rate_hz: 100 is outside 200..20000 Hz"),
+        ("set stream.decimation 1.5", "err range stream.decimation: 1.5 is not a whole number"),
+        ("set travel.min_mm 300", "err range travel.min_mm: travel 300..250 mm would be empty"),
+        ("move", "err syntax move: usage: move POSITION_MM"),
+        ("move fifty", "err syntax move: usage: move POSITION_MM"),
+        ("move 251", "err range move: position 251 mm is outside the travel -250..250 mm"),
+        ("sweep linear 0.1 8 80", "err syntax sweep: usage: sweep linear|exponential"),
+        ("sweep round 0.1 8 80 1", "err syntax sweep: usage: sweep linear|exponential"),
+        ("sweep linear 0 8 80 1", "err range sweep: FROM_HZ 0 is outside "),
+        ("sweep linear 0.1 80 80 1", "err range sweep: needs 502.7 mm/s, the limit is 500 mm/s"),
+        ("shaper maybe", "err syntax shaper: usage: shaper on|off"),
+        ("stream on 0", "err range stream.decimation: 0 is outside "),
+        ("info please", "err syntax info: usage: info"),
+        ("help nothing", "err unknown-name nothing: "),
+    ];
+    let mut bench = Bench::new();
+    bench.accept("set mode2.frequency_hz 6.9");
+    let before = state(&mut bench);
+    for (line, expected) in cases {
+        let error = bench.refuse(line);
+        assert!(error.starts_with(expected), "{line:?} was answered {error:?}, not {expected:?}");
+        assert_eq!(state(&mut bench), before, "after {line:?}");
+    }
+}
+
+/// Values that are fine one by one and do not fit together are refused by `apply`, which then changes nothing.
+#[test]
+fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
+    let mut bench = Bench::new();
+    for line in ["set mode1.frequency_hz 1.1", "set mode1.damping_ratio 0.0074", "set mode1.type zvd", "apply"] {
+        bench.accept(line);
+    }
+    bench.run_to_rest();
+    let running = bench.send("info");
+
+    bench.accept("set mode3.frequency_hz 2000");
+    bench.accept("set mode3.type zv");
+    let error = bench.refuse("apply");
+    assert_eq!(
+        error,
+        "err range mode3.frequency_hz: frequency 2000 Hz must be below half the tick rate, 2000 Hz"
+    );
+    assert_eq!(bench.send("info"), running);
+
+    bench.accept("revert");
+    bench.accept("set mode1.frequency_hz 0.05");
+    let error = bench.refuse("apply");
+    assert!(
+        error.starts_with("err memory shaper: needs 80005 samples of history at 4000 Hz, there are 14336"),
+        "{error}"
+    );
+    assert_eq!(bench.send("info"), running);
+    bench.run_to_rest();
+    bench.accept("revert");
+    bench.accept("apply");
+}
+
+#[test]
+fn get_shows_live_default_and_staged() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1]");
+    bench.accept("set mode1.frequency_hz 1.0976");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] staged 1.0976");
+    bench.accept("apply");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1]");
+    bench.accept("set mode1.frequency_hz 2");
+    bench.accept("revert");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1]");
+}
+
+#[test]
+fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
+    let mut bench = Bench::new();
+    let listed = bench.send("get");
+    assert_eq!(listed.len(), Key::all().count() + 1);
+    for line in &listed[..listed.len() - 1] {
+        let (name, rest) = line.split_once(" = ").expect("NAME = VALUE");
+        let default = rest.split_once('[').and_then(|(_, rest)| rest.split_once(']')).expect("[default]").0;
+        bench.accept(&format!("set {name} {default}"));
+        assert!(bench.send(&format!("help {name}"))[0].starts_with(&format!("{name}: ")));
+        assert!(bench.accept(&format!("help {name}")).starts_with("ok help"));
+    }
+}
+
+#[test]
+fn motions_and_tables_wait_for_their_turn() {
+    let mut bench = Bench::new();
+    for line in ["set mode1.type zvd", "apply"] {
+        bench.accept(line);
+    }
+    bench.run_to_rest();
+    bench.accept("move 10");
+    assert!(bench.refuse("move 0").starts_with("err busy move: not at rest but moving"));
+    assert!(bench.refuse("sweep linear 1 2 3 1").starts_with("err busy sweep: not at rest but moving"));
+    // A table may change while moving, but the one after has to wait until the first has run out.
+    bench.accept("shaper off");
+    assert!(bench.refuse("shaper on").starts_with("err busy shaper: the table before the last"));
+    // A tick rate must not change while moving.
+    bench.accept("set tick.rate_hz 2000");
+    assert!(bench.refuse("apply").starts_with("err busy apply: not at rest but moving"));
+    bench.run_to_rest();
+    bench.accept("apply");
+    bench.run_to_rest();
+    bench.accept("sweep linear 1 2 3 1");
+    assert!(bench.refuse("shaper on").starts_with("err busy shaper: not at rest but sweeping"));
+    bench.accept("stop");
+    bench.run_to_rest();
+    bench.accept("shaper on");
+}
+
+#[test]
+fn a_move_is_shaped_exact_and_as_long_as_announced() {
+    let mut bench = Bench::new();
+    for line in [
+        "set mode1.frequency_hz 1.1",
+        "set mode1.damping_ratio 0.0074",
+        "set mode1.type zvdd",
+        "set mode2.frequency_hz 6.9",
+        "set mode2.damping_ratio 0.0033",
+        "set mode2.type zvdd",
+    ] {
+        bench.accept(line);
+    }
+    let applied = bench.accept("apply");
+    assert!(applied.contains("modes=2 duration_ms=1581.750"), "{applied}");
+    bench.clear_log();
+    let announced = bench.accept("move 50");
+    let settled: usize =
+        announced.rsplit('=').next().and_then(|ticks| ticks.parse().ok()).expect("settled_ticks=N");
+    let setpoints_nm = bench.run_to_rest();
+    assert_eq!(setpoints_nm.len(), settled, "{announced}");
+    assert_eq!(*setpoints_nm.last().expect("ticks"), 50_000_000);
+    assert!(setpoints_nm.is_sorted(), "a shaped move only goes forward");
+}
+
+#[test]
+fn samples_carry_every_nth_tick_and_count_the_lost() {
+    let mut bench = Bench::new();
+    bench.clear_log();
+    bench.accept("stream on 3");
+    bench.accept("move 1");
+    let setpoints_nm = bench.run_to_rest();
+    let samples = bench.samples();
+    assert_eq!(samples.len(), setpoints_nm.len().div_ceil(3));
+    for (sequence, sample) in samples.iter().enumerate() {
+        assert_eq!(sample.sequence as usize, sequence);
+        assert_eq!(sample.setpoint.0, setpoints_nm[sequence * 3]);
+        assert_eq!(sample.to_string().parse(), Ok(*sample));
+    }
+    bench.accept("stream on 1");
+    for _ in 0..999 {
+        bench.tick();
+    }
+    let kept = bench.samples();
+    assert_eq!(kept.len(), 255);
+    assert_eq!(bench.send("status")[4], "dropped_samples 745");
+    bench.tick();
+    assert_eq!(bench.samples()[0].sequence, 1000, "the gap shows in the sequence");
+    bench.accept("stream off");
+    bench.tick();
+    assert!(bench.samples().is_empty());
+}
+
+#[test]
+fn the_tick_rate_is_what_the_timer_can_divide() {
+    let mut bench = Bench::new();
+    bench.accept("set tick.rate_hz 13000");
+    bench.accept("apply");
+    // 84 MHz / 6462 is nearest.
+    assert_eq!(bench.send("info")[2], format!("tick_hz {}", 84e6 / 6462.0));
+}
+
+#[test]
+fn lines_are_edited_echoed_and_end_with_cr_lf_or_both() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.send_bytes(b"echo on\r"), "ok echo on\r\n> ");
+    assert_eq!(bench.send_bytes(b"stp\x08\x7ftop\r"), "stp\x08 \x08\x08 \x08top\r\nok stop\r\n> ");
+    bench.tick();
+    assert_eq!(bench.send_bytes(b"\x1b[Anonsense\x15stop\n"), {
+        let erased = "\x08 \x08".repeat(8);
+        format!("nonsense{erased}stop\r\nok stop\r\n> ")
+    });
+    bench.tick();
+    bench.send_bytes(b"echo off\r\n");
+    assert_eq!(bench.send_bytes(b"stop\r\nstop\n\n\r\r\n"), "ok stop\r\nok stop\r\n");
+    bench.tick();
+    bench.tick();
+}
+
+#[test]
+fn lines_that_are_too_long_or_not_text_are_refused_whole() {
+    let mut bench = Bench::new();
+    let long = "x".repeat(MAX_LINE + 1);
+    assert_eq!(bench.refuse(&long), format!("err syntax line: longer than {MAX_LINE} characters"));
+    assert_eq!(bench.send_bytes(b"mo\xffve 5\r"), "err syntax line: byte 0xff is not printable ASCII\r\n");
+    assert_eq!(bench.send_bytes(b"mo\0ve 5\r"), "err syntax line: byte 0x00 is not printable ASCII\r\n");
+    let fits = format!("get {}", "y".repeat(MAX_LINE - 4));
+    assert!(bench.refuse(&fits).starts_with("err unknown-name yyy"));
+    bench.accept("stop");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Any bytes: no panic, every reply fits, and the console still answers.
+    #[test]
+    fn any_bytes_leave_a_working_console(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+        let mut bench = Bench::new();
+        for chunk in bytes.chunks(50) {
+            bench.send_bytes(chunk);
+            bench.tick();
+        }
+        // Whatever the bytes left behind: an escape sequence, half a line, echo.
+        bench.send_bytes(b"AA\x15\r");
+        let reply = bench.send("status");
+        prop_assert_eq!(reply.last().map(String::as_str), Some("ok status"));
+    }
+
+    /// Words of the language in any order, with ticks between: no panic, and every line gets one verdict.
+    #[test]
+    fn any_words_get_one_verdict_each(
+        lines in prop::collection::vec(
+            prop::collection::vec(
+                prop::sample::select(vec![
+                    "set", "get", "apply", "revert", "shaper", "on", "off", "move", "sweep", "linear",
+                    "exponential", "stop", "stream", "status", "info", "help", "mode1.frequency_hz",
+                    "mode2.type", "mode1.type", "mode4.damping_ratio", "tick.rate_hz", "zv", "zvdd", "0",
+                    "1.1", "50", "-20", "4000", "1e9", "0.5", "travel.min_mm", "analog.full_scale_mm",
+                ]),
+                1..6,
+            ),
+            1..40,
+        ),
+        ticks in 0..30_usize,
+    ) {
+        let mut bench = Bench::new();
+        for words in lines {
+            let reply = bench.send(&words.join(" "));
+            let verdicts =
+                reply.iter().filter(|line| line.starts_with("ok") || line.starts_with("err ")).count();
+            prop_assert_eq!(verdicts, 1, "{:?}: {:?}", words, reply);
+            let last = reply.last().cloned().unwrap_or_default();
+            prop_assert!(last.starts_with("ok") || last.starts_with("err "));
+            for _ in 0..ticks {
+                bench.tick();
+            }
+        }
+    }
+}

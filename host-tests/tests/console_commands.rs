@@ -55,7 +55,9 @@ fn a_refused_line_changes_nothing_and_says_why() {
 #[test]
 fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
     let mut bench = Bench::new();
-    for line in ["set mode1.frequency_hz 1.1", "set mode1.damping_ratio 0.0074", "set mode1.type zvd", "apply"] {
+    for line in
+        ["set mode1.frequency_hz 1.1", "set mode1.damping_ratio 0.0074", "set mode1.type zvd", "apply"]
+    {
         bench.accept(line);
     }
     bench.run_to_rest();

@@ -168,7 +168,9 @@ const MUTANTS: [Mutant; 7] = [
         let amplitudes = right.iter().rev().map(|impulse| impulse.amplitude);
         right.iter().zip(amplitudes).map(|(impulse, amplitude)| Impulse { amplitude, ..*impulse }).collect()
     }),
-    ("damping ratio left at the default of 0.1", |(frequency_hz, _), shaper| single((frequency_hz, 0.1), shaper)),
+    ("damping ratio left at the default of 0.1", |(frequency_hz, _), shaper| {
+        single((frequency_hz, 0.1), shaper)
+    }),
     ("damping ratio ignored", |(frequency_hz, _), shaper| single((frequency_hz, 0.0), shaper)),
     ("spaced by a full period", |parameters, shaper| scale_times(parameters, shaper, 2.0)),
     ("spaced by the undamped period", |(frequency_hz, damping_ratio), shaper| {

@@ -161,13 +161,8 @@ fn a_sweep_starts_and_ends_without_a_jump_of_velocity() {
 /// micromath's cosine is off by up to 10⁻³: the taper may be off by half of that, and nowhere more.
 #[test]
 fn the_taper_is_a_raised_cosine_within_a_thousandth() {
-    let spec = SweepSpec {
-        kind: SweepKind::Linear,
-        from_hz: 20.0,
-        to_hz: 20.0,
-        duration_s: 5.0,
-        amplitude_mm: 0.1,
-    };
+    let spec =
+        SweepSpec { kind: SweepKind::Linear, from_hz: 20.0, to_hz: 20.0, duration_s: 5.0, amplitude_mm: 0.1 };
     let mut plan = SweepPlan::new(&spec, Nanometres(0), &LIMITS, rate(4000.0)).expect("planned");
     let path = positions(|| plan.step());
     for (index, position_nm) in path.iter().take(2000).enumerate() {
@@ -204,13 +199,8 @@ fn motions_outside_their_ranges_are_refused_by_name() {
     let refused = MovePlan::new(Nanometres(0), 20.0, &crawl, rate);
     assert!(matches!(refused, Err(MotionError::TooLong { .. })), "{refused:?}");
 
-    let good = SweepSpec {
-        kind: SweepKind::Linear,
-        from_hz: 0.5,
-        to_hz: 8.0,
-        duration_s: 10.0,
-        amplitude_mm: 1.0,
-    };
+    let good =
+        SweepSpec { kind: SweepKind::Linear, from_hz: 0.5, to_hz: 8.0, duration_s: 10.0, amplitude_mm: 1.0 };
     let refused = |spec: SweepSpec| SweepPlan::new(&spec, Nanometres(0), &limits, rate).err();
     assert_eq!(refused(good), None);
     type IsExpected = fn(&MotionError) -> bool;

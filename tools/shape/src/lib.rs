@@ -1,1 +1,37 @@
-//! Stillbeam shape.
+//! Shaper tables for people and files: from modes and a tick rate to what the board will run, with the
+//! vibration it leaves.
+//!
+//! | sentence | file |
+//! |---|---|
+//! | `F_HZ,ZETA[,TYPE]` becomes a mode, or an error saying which part is wrong | `mode_spec` |
+//! | modes and a rate become a [`ShaperDesign`], the JSON of `stillbeam shape` | `design` |
+//! | impulses of all modes become one sorted sequence | `impulse_sequence` |
+//! | the integer cascade's residual, at the design point and over a box of frequencies | `residual` |
+//! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
+//!
+//! All arithmetic of the shaper itself is the firmware core's: nothing is designed twice.
+//!
+//! ```
+//! use stillbeam_shape::{DesignOptions, ShaperDesign, parse_mode};
+//! let modes = [parse_mode("1.1,0.0074,zvd")?, parse_mode("6.9,0.0059,zvd")?];
+//! let design = ShaperDesign::new(&modes, 4000.0, &DesignOptions::default())?;
+//! assert!(design.residual.nominal.iter().all(|residual| *residual < 1e-6));
+//! let read = ShaperDesign::from_json("table.json", &design.to_json())?;
+//! assert_eq!(read, design);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod checksum;
+mod design;
+mod error;
+mod impulse_sequence;
+mod mode_spec;
+mod residual;
+mod table_file;
+
+pub use checksum::Crc32;
+pub use design::{DesignOptions, ImpulseEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry};
+pub use error::{ModeSpecError, ShapeError, TableFileError, TableProblem};
+pub use impulse_sequence::impulse_sequence;
+pub use mode_spec::{DEFAULT_TYPE, known_types, parse_mode, parse_type};
+pub use residual::{cascade_residual, worst_residual};

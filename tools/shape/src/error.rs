@@ -1,0 +1,152 @@
+//! What can be wrong with a mode, a design or a table that was read.
+
+use stillbeam_firmware::shaper::ModeError;
+use stillbeam_firmware::shaper::table::TableError;
+use stillbeam_firmware::units::TickRate;
+use thiserror::Error;
+
+use crate::checksum::Crc32;
+use crate::mode_spec::known_types;
+
+/// A mode specification that cannot be used.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModeSpecError {
+    /// Not two or three parts.
+    #[error(
+        "mode `{spec}`: {found} part(s) between commas; write F_HZ,ZETA or F_HZ,ZETA,TYPE, such as 1.1,0.0074,zvd"
+    )]
+    Parts {
+        /// The whole specification.
+        spec: String,
+        /// How many parts there are.
+        found: usize,
+    },
+    /// A part that should be a number.
+    #[error(
+        "mode `{spec}`: the {what} `{text}` is not a number; write decimals with a point, such as {example}"
+    )]
+    NotANumber {
+        /// The whole specification.
+        spec: String,
+        /// Which part.
+        what: &'static str,
+        /// The part.
+        text: String,
+        /// What a number for this part looks like.
+        example: &'static str,
+    },
+    /// No such shaper.
+    #[error("{context}unknown shaper type `{text}`; the known ones are {}", known_types())]
+    UnknownType {
+        /// Where it stands, ending in `: `, or nothing.
+        context: String,
+        /// The name given.
+        text: String,
+    },
+    /// A number outside its range.
+    #[error("mode `{spec}`: {error}")]
+    Mode {
+        /// The whole specification.
+        spec: String,
+        /// Which value, and its range.
+        error: ModeError,
+    },
+}
+
+/// A shaper that cannot be designed.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ShapeError {
+    /// Nothing to shape.
+    #[error("no mode to shape; give at least one, such as --mode 1.1,0.0074,zvd")]
+    NoModes,
+    /// The tick rate is outside what the board runs.
+    #[error("tick rate {rate_hz} Hz is outside {}..{} Hz", TickRate::RANGE_HZ.0, TickRate::RANGE_HZ.1)]
+    Rate {
+        /// The rate given.
+        rate_hz: f64,
+    },
+    /// The box of frequencies for the worst case.
+    #[error("a frequency box of ±{} % has no meaning; give a fraction of at least 0 and below 1", fraction * 100.0)]
+    Box {
+        /// The fraction given.
+        fraction: f64,
+    },
+    /// A mode that cannot be shaped at this rate, or too many modes.
+    #[error("{0}")]
+    Table(TableError),
+    /// The delay lines do not fit the board's memory.
+    #[error(
+        "the shaper needs {needed} samples of history at {rate_hz} Hz and the board has {available}; \
+         lower the rate or use shorter shapers"
+    )]
+    History {
+        /// Samples needed.
+        needed: usize,
+        /// Samples there are.
+        available: usize,
+        /// The tick rate, hertz.
+        rate_hz: f64,
+    },
+}
+
+/// A table file that cannot be used.
+#[derive(Debug, Error)]
+#[error("{file}: {problem}")]
+pub struct TableFileError {
+    /// The file.
+    pub file: String,
+    /// What is wrong, and the remedy.
+    pub problem: TableProblem,
+}
+
+/// What is wrong with a table file.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum TableProblem {
+    /// The file could not be read or written.
+    #[error("cannot be read: {0}; check that the path exists")]
+    Io(std::io::Error),
+    /// Not JSON, or not of the shape that `stillbeam shape --json` writes.
+    #[error("not a shaper table: {0}; write one with `stillbeam shape --json FILE`")]
+    Json(serde_json::Error),
+    /// Another version of the shape.
+    #[error("schema_version {found} is not supported; this version reads {}", crate::SCHEMA_VERSION)]
+    SchemaVersion {
+        /// The version found.
+        found: u32,
+    },
+    /// A stage that no board would run.
+    #[error("stage {stage}: {what}; write the table again with `stillbeam shape`")]
+    Stage {
+        /// Its number, from one.
+        stage: usize,
+        /// What is wrong with it.
+        what: &'static str,
+    },
+    /// The taps were changed after the CRC was computed.
+    #[error(
+        "crc32 is {written} but the taps give {computed}: the file was edited or damaged; write the table again"
+    )]
+    Checksum {
+        /// The CRC in the file.
+        written: Crc32,
+        /// The CRC of the taps in the file.
+        computed: Crc32,
+    },
+    /// The modes in the file cannot be designed for.
+    #[error("{0}")]
+    Design(ShapeError),
+    /// The modes in the file give other taps.
+    #[error(
+        "the modes of the table give crc32 {designed}, not {written}: it was made by another version or \
+         edited; write the table again"
+    )]
+    OtherDesign {
+        /// The CRC in the file.
+        written: Crc32,
+        /// The CRC of the taps designed here.
+        designed: Crc32,
+    },
+}

@@ -79,7 +79,8 @@ const STEP_LIMIT: usize = 120;
 /// Cosine of the angle between the residuals and a column, below which they count as orthogonal.
 const GRADIENT_TOLERANCE: f64 = 1e-9;
 const STEP_TOLERANCE: f64 = 1e-12;
-const REDUCTION_TOLERANCE: f64 = 1e-12;
+/// Of a million residuals, this share of their squares is a step of a hundredth of a standard error.
+const REDUCTION_TOLERANCE: f64 = 1e-10;
 const LARGEST_DAMPING: f64 = 1e14;
 
 /// Searches for a minimum from the parameters' starts.

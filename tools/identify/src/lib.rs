@@ -1,13 +1,28 @@
 //! Modes from recordings, with intervals, in the time domain first.
+mod decay_modes;
 mod error;
+mod forced_record;
+mod forced_start;
+mod free_decay;
 mod interpolation;
 mod levenberg_marquardt;
+mod log_decrement;
 mod modal_response;
+mod narrow_band;
 mod result;
 mod robust_covariance;
 mod separable;
 mod signal_checks;
 mod spectra;
+mod sweep_fit;
 mod tall;
 mod warnings;
 pub use error::IdentifyError;
+pub use free_decay::{FreeDecayOptions, identify_free_decay};
+pub use interpolation::InputInterpolation;
+pub use levenberg_marquardt::StopReason;
+pub use log_decrement::damping_from_peaks;
+pub use modal_response::{InputKind, OutputQuantity};
+pub use result::*;
+pub use sweep_fit::{ForcedOptions, MAX_MODES, identify_forced};
+pub use warnings::{Quantity, Warning, WarningKind};

@@ -45,19 +45,24 @@ pub(crate) fn sweep_rate_at(time_s: &[f64], input: &[f64], frequency_hz: f64) ->
             crossings.push(t[0] + (t[1] - t[0]) * a / (a - b));
         }
     }
+    // Whole periods: half ones alternate when the mean is a little off.
+    // Whole periods: half ones alternate when the mean is a little off.
+    // Whole periods: half ones alternate when the mean is a little off.
     let points: Vec<(f64, f64)> =
-        crossings.windows(2).map(|c| (0.5 * (c[0] + c[1]), 0.5 / (c[1] - c[0]))).collect();
-    // A sweep: the frequency moves one way (short reversals at slow ends aside).
-    let rising = points.windows(2).filter(|p| p[1].1 > p[0].1).count();
-    let share = rising as f64 / points.len().max(2) as f64;
-    if points.len() < 8 || (0.2..0.8).contains(&share) {
+        crossings.windows(3).map(|c| (0.5 * (c[0] + c[2]), 1.0 / (c[2] - c[0]))).collect();
+    // A sweep: over an eighth of it the frequency always moves the same way.
+    let lag = (points.len() / 8).max(1);
+    let later = points.iter().skip(lag);
+    let rising = points.iter().zip(later).filter(|(a, b)| b.1 > a.1).count();
+    let share = rising as f64 / points.len().saturating_sub(lag).max(1) as f64;
+    if points.len() < 8 || (0.1..0.9).contains(&share) {
         return None;
     }
     let at = points
         .windows(2)
         .position(|p| (p[0].1 - frequency_hz) * (p[1].1 - frequency_hz) <= 0.0 && p[0].1 != p[1].1)?;
-    // Over a few crossings on either side: single half-periods scatter.
-    let around = &points[at.saturating_sub(3)..(at + 5).min(points.len())];
+    // Over a few crossings on either side: single periods scatter.
+    let around = &points[at.saturating_sub(6)..(at + 8).min(points.len())];
     let (first, last) = (around.first()?, around.last()?);
     let rate = ((last.1 - first.1) / (last.0 - first.0)).abs();
     rate.is_finite().then_some(rate)

@@ -128,6 +128,25 @@ pub(crate) fn peaks(values: &[f64], reach: usize) -> Vec<usize> {
     found
 }
 
+/// How far a local maximum rises above the higher of the two valleys that part it from larger values, as a
+/// ratio; infinite for the largest.
+pub(crate) fn prominence(values: &[f64], k: usize) -> f64 {
+    let top = values[k];
+    let valley = |side: &mut dyn Iterator<Item = &f64>| {
+        let mut lowest = top;
+        for value in side {
+            if *value > top {
+                return lowest;
+            }
+            lowest = lowest.min(*value);
+        }
+        0.0
+    };
+    let left = valley(&mut values[..k].iter().rev());
+    let right = valley(&mut values[k + 1..].iter());
+    top / left.max(right)
+}
+
 /// Median of the values within `reach` bins of `k`.
 pub(crate) fn local_median(values: &[f64], k: usize, reach: usize) -> f64 {
     let mut around = values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec();
@@ -138,6 +157,14 @@ pub(crate) fn local_median(values: &[f64], k: usize, reach: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+        #[test]
+    fn prominence_is_measured_from_the_higher_valley() {
+        let values = [9.0, 1.0, 4.0, 2.0, 8.0, 0.5, 3.0];
+        assert_eq!(prominence(&values, 2), 2.0);
+        assert_eq!(prominence(&values, 4), 8.0);
+        assert_eq!(prominence(&values, 0), f64::INFINITY);
+    }
 
     #[test]
     fn the_density_integrates_to_the_mean_square() {

@@ -1,0 +1,203 @@
+//! What a forced fit needs of a recording, taken out of it and checked.
+
+use stillbeam_recording::{Column, Problem, Recording, TIME_COLUMN};
+
+use crate::error::IdentifyError;
+use crate::interpolation::{InputInterpolation, PiecewiseCubic};
+use crate::modal_response::{InputKind, OutputQuantity};
+use crate::warnings::{Warning, WarningKind};
+
+/// Rows that a fit of one mode needs at least: five parameters, a constant, and something left to judge by.
+pub(crate) const MIN_ROWS: usize = 16;
+
+/// The samples of one column that are present.
+pub(crate) struct Present {
+    pub(crate) time_s: Vec<f64>,
+    pub(crate) values: Vec<f64>,
+}
+
+/// The present samples of a column; an error when there are too few.
+pub(crate) fn present(recording: &Recording, column: &str) -> Result<Present, IdentifyError> {
+    let samples = recording.column(column)?;
+    if samples.len() != recording.time_s.len() {
+        return Err(IdentifyError::Recording(recording.error(Problem::ColumnLength {
+            column: column.to_owned(),
+            expected: recording.time_s.len(),
+            found: samples.len(),
+        })));
+    }
+    let rows = recording.time_s.iter().zip(samples).filter(|(_, value)| value.is_finite());
+    let (time_s, values): (Vec<f64>, Vec<f64>) = rows.unzip();
+    if time_s.len() < MIN_ROWS {
+        return Err(IdentifyError::TooFewSamples {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            found: time_s.len(),
+            required: MIN_ROWS,
+            context: "",
+        });
+    }
+    Ok(Present { time_s, values })
+}
+
+/// A forced record, ready for fitting. Time counts from the recording's first stamp.
+pub(crate) struct ForcedRecord {
+    pub(crate) name: String,
+    pub(crate) input_column: String,
+    pub(crate) output_column: String,
+    pub(crate) input_kind: InputKind,
+    pub(crate) quantity: OutputQuantity,
+    /// The input, its first value taken out (a constant position excites nothing, a constant force the offset).
+    pub(crate) input: PiecewiseCubic,
+    /// Stamps of the output samples that are fitted, s.
+    pub(crate) time_s: Vec<f64>,
+    /// The output there.
+    pub(crate) output: Vec<f64>,
+    /// Stamp that the times count from, s.
+    pub(crate) origin_s: f64,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+/// Units whose meaning as an input is plain.
+fn input_kind(unit: &str) -> Option<InputKind> {
+    match unit {
+        "N" => Some(InputKind::Force),
+        "m" => Some(InputKind::BasePosition),
+        "m_s2" => Some(InputKind::BaseAcceleration),
+        _ => None,
+    }
+}
+
+/// Units whose meaning as an output is plain.
+fn output_quantity(unit: &str) -> Option<OutputQuantity> {
+    match unit {
+        "m" | "mm" | "um" | "px" | "rad" | "deg" => Some(OutputQuantity::Position),
+        "m_s" | "mm_s" | "rad_s" | "deg_s" => Some(OutputQuantity::Velocity),
+        "m_s2" | "mm_s2" | "g" | "rad_s2" => Some(OutputQuantity::Acceleration),
+        _ => None,
+    }
+}
+
+/// The unit at the end of a column's name.
+fn unit_of(column: &str) -> String {
+    let column = Column { name: column.to_owned(), samples: Vec::new() };
+    column.unit().to_owned()
+}
+
+impl ForcedRecord {
+    /// Takes a forced record out of a recording; `margin_s` is kept free at both ends for a delay.
+    pub(crate) fn new(
+        recording: &Recording,
+        columns: (&str, &str),
+        kinds: (Option<InputKind>, Option<OutputQuantity>),
+        interpolation: InputInterpolation,
+        margin_s: f64,
+    ) -> Result<Self, IdentifyError> {
+        let (input_column, output_column) = columns;
+        let ambiguous = |column: &str, wanted| IdentifyError::AmbiguousUnit {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            unit: unit_of(column),
+            wanted,
+        };
+        let input = present(recording, input_column)?;
+        let output = present(recording, output_column)?;
+        let input_kind = match kinds.0.or_else(|| input_kind(&unit_of(input_column))) {
+            Some(kind) if input_column != TIME_COLUMN => kind,
+            _ => {
+                return Err(ambiguous(
+                    input_column,
+                    "whether it is a force, a base position or a base acceleration",
+                ));
+            }
+        };
+        let quantity = match kinds.1.or_else(|| output_quantity(&unit_of(output_column))) {
+            Some(quantity) if output_column != TIME_COLUMN => quantity,
+            _ => {
+                return Err(ambiguous(output_column, "whether it is a position, a speed or an acceleration"));
+            }
+        };
+        let level = input.values[0];
+        if input.values.iter().all(|value| *value == level) {
+            return Err(IdentifyError::NoExcitation {
+                recording: recording.name.clone(),
+                column: input_column.to_owned(),
+                value: level,
+            });
+        }
+        refuse_constant(recording, output_column, &output.values)?;
+
+        let origin_s = recording.time_s[0];
+        let from_origin = |times: &[f64]| times.iter().map(|t| t - origin_s).collect::<Vec<f64>>();
+        let input_time_s = from_origin(&input.time_s);
+        let centred: Vec<f64> = input.values.iter().map(|value| value - level).collect();
+        let first_s = input_time_s[0] + margin_s;
+        let last_s = input_time_s[input_time_s.len() - 1] - margin_s;
+        let rows = from_origin(&output.time_s).into_iter().zip(output.values);
+        let (time_s, values): (Vec<f64>, Vec<f64>) =
+            rows.filter(|(t, _)| (first_s..=last_s).contains(t)).unzip();
+        if time_s.len() < MIN_ROWS {
+            return Err(IdentifyError::TooFewSamples {
+                recording: recording.name.clone(),
+                column: output_column.to_owned(),
+                found: time_s.len(),
+                required: MIN_ROWS,
+                context: " while the input is recorded",
+            });
+        }
+        let mut warnings = crate::signal_checks::clipping(output_column, &values);
+        warnings.extend(input_gap(&input_time_s, origin_s));
+        Ok(Self {
+            name: recording.name.clone(),
+            input_column: input_column.to_owned(),
+            output_column: output_column.to_owned(),
+            input_kind,
+            quantity,
+            input: PiecewiseCubic::new(&input_time_s, &centred, interpolation),
+            time_s,
+            output: values,
+            origin_s,
+            warnings,
+        })
+    }
+
+    /// Whether the output is the absolute position, base motion included (`tip_position_m`).
+    pub(crate) fn output_is_absolute(&self) -> bool {
+        self.output_column == "tip_position_m" && self.input_kind == InputKind::BasePosition
+    }
+
+    /// Length of the fitted record, s.
+    pub(crate) fn duration_s(&self) -> f64 {
+        match (self.time_s.first(), self.time_s.last()) {
+            (Some(first), Some(last)) => last - first,
+            _ => 0.0,
+        }
+    }
+}
+
+/// An error when a signal never changes.
+pub(crate) fn refuse_constant(
+    recording: &Recording,
+    column: &str,
+    values: &[f64],
+) -> Result<(), IdentifyError> {
+    match values.first() {
+        Some(&value) if values.iter().all(|other| *other == value) => Err(IdentifyError::NoResponse {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            value,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The longest hole in the input, when it is much longer than the usual interval.
+fn input_gap(time_s: &[f64], origin_s: f64) -> Option<Warning> {
+    let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    let longest = (0..intervals.len()).max_by(|a, b| intervals[*a].total_cmp(&intervals[*b]))?;
+    let length_s = intervals[longest];
+    let middle = intervals.len() / 2;
+    let usual = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (length_s > 5.0 * usual)
+        .then(|| WarningKind::InputGap { start_s: time_s[longest] + origin_s, length_s }.into())
+}

@@ -1,0 +1,195 @@
+//! Where the search for a forced mode starts: peaks of the averaged frequency response, refined by a coarse
+//! scan of the time-domain sum of squares.
+
+use crate::forced_record::ForcedRecord;
+use crate::interpolation::{InputInterpolation, PiecewiseCubic};
+use crate::modal_response::Pole;
+use crate::result::{CrossCheck, Estimate, Frf};
+use crate::signal_checks::sweep_rate_at;
+use crate::spectra::{CrossSpectra, Window, peaks};
+use crate::sweep_fit::ForcedModel;
+use crate::tall::{Orthonormal, dot};
+
+/// The record on a uniform grid at the output's rate, and its spectra.
+pub(crate) struct Spectral {
+    grid_s: Vec<f64>,
+    input: Vec<f64>,
+    interval_s: f64,
+    segment: usize,
+    spectra: CrossSpectra,
+    pub(crate) frf: Frf,
+}
+
+/// Segments a record is cut into: a quarter of it each, overlapping by half, so that seven are averaged.
+const SEGMENTS: usize = 4;
+/// Candidates taken from each of the two rankings of peaks.
+const CANDIDATES: usize = 6;
+/// Input density, relative to its largest, below which a frequency counts as not excited.
+const EXCITED: f64 = 1e-4;
+/// The damping that the scan assumes: wide enough a basin that a coarse grid of frequencies finds it.
+const SCAN_DAMPING: f64 = 0.02;
+/// Dampings that the search starts from.
+const START_DAMPINGS: [f64; 3] = [0.003, 0.02, 0.1];
+
+impl Spectral {
+    pub(crate) fn new(record: &ForcedRecord) -> Self {
+        let n = record.time_s.len();
+        let first_s = record.time_s[0];
+        let mut intervals: Vec<f64> = record.time_s.windows(2).map(|t| t[1] - t[0]).collect();
+        let interval_s = *intervals.select_nth_unstable_by((n - 1) / 2, f64::total_cmp).1;
+        let count = (record.duration_s() / interval_s + 1e-6) as usize + 1;
+        // Stamps with a pathological median must not ask for more memory than the record itself is worth.
+        let count = count.min(20 * n);
+        let interval_s = record.duration_s() / (count.max(2) - 1) as f64;
+        let grid_s: Vec<f64> = (0..count).map(|k| first_s + k as f64 * interval_s).collect();
+        let input = values(&record.input, &grid_s);
+        let output = resample(&record.time_s, &record.output, &grid_s);
+        let segment = (count / SEGMENTS).max(8);
+        let spectra = CrossSpectra::welch(&input, &output, interval_s, segment, Window::Hamming);
+        let frf = spectra.frf();
+        Self { grid_s, input, interval_s, segment, spectra, frf }
+    }
+
+    pub(crate) fn nyquist_hz(&self) -> f64 {
+        0.5 / self.interval_s
+    }
+
+    /// Lowest and highest frequency at which the input's density, of itself or of its acceleration-like
+    /// rise with frequency, is noticeable.
+    pub(crate) fn excited_band_hz(&self) -> [f64; 2] {
+        let input = &self.spectra.input;
+        let frequency = &self.spectra.frequency_hz;
+        let mut band = [f64::INFINITY, 0.0];
+        let top = input.iter().skip(1).fold(0.0_f64, |top, value| top.max(*value));
+        for (f, value) in frequency.iter().zip(input).skip(1) {
+            if *value >= EXCITED * top {
+                band = [band[0].min(*f), band[1].max(*f)];
+            }
+        }
+        let bin = self.bin_hz();
+        [(band[0] - bin).max(0.0), band[1] + bin]
+    }
+
+    pub(crate) fn sweep_rate_at(&self, frequency_hz: f64) -> Option<f64> {
+        sweep_rate_at(&self.grid_s, &self.input, frequency_hz)
+    }
+
+    fn bin_hz(&self) -> f64 {
+        1.0 / (self.segment as f64 * self.interval_s)
+    }
+
+    /// Frequency and damping by the half-power points of the averaged response, with the resolution of the
+    /// spectrum as standard error: a coarse but independent check.
+    ///
+    /// `None` where the half-power band is not resolved, which is the rule for light damping.
+    pub(crate) fn half_power(&self, near: Pole) -> Option<CrossCheck> {
+        let bin = self.bin_hz();
+        if 2.0 * near.damping_ratio * near.frequency_hz < 4.0 * bin {
+            return None;
+        }
+        let size: Vec<f64> = self.frf.real.iter().zip(&self.frf.imag).map(|(re, im)| re.hypot(*im)).collect();
+        let reach = (2.0 * near.damping_ratio * near.frequency_hz / bin) as usize + 2;
+        let centre = (near.frequency_hz / bin).round() as usize;
+        let range = centre.saturating_sub(reach)..(centre + reach + 1).min(size.len());
+        let peak = range.max_by(|a, b| size[*a].total_cmp(&size[*b]))?;
+        let half = size[peak] / std::f64::consts::SQRT_2;
+        let crossing = |inner: usize, outer: usize| {
+            let share = (size[inner] - half) / (size[inner] - size[outer]);
+            inner as f64 + share * (outer as f64 - inner as f64)
+        };
+        let below = (1..=peak).rev().find(|&k| size[k - 1] < half)?;
+        let above = (peak..size.len().checked_sub(1)?).find(|&k| size[k + 1] < half)?;
+        let (low, high) = (crossing(below, below - 1) * bin, crossing(above, above + 1) * bin);
+        let frequency_hz = peak as f64 * bin;
+        // The window widens the band, and the two ends scatter, by about a bin each.
+        Some(CrossCheck {
+            method: "frf_half_power".to_owned(),
+            frequency_hz: Some(Estimate {
+                value: frequency_hz,
+                stderr: bin.hypot(near.damping_ratio * near.frequency_hz * 0.5),
+            }),
+            damping_ratio: Some(Estimate {
+                value: (high - low) / (2.0 * frequency_hz),
+                stderr: 2.0 * bin / frequency_hz,
+            }),
+        })
+    }
+}
+
+/// Starting poles for one more mode, best frequency first found by scanning, with several dampings.
+pub(crate) fn start_mode(
+    model: &ForcedModel,
+    known: &[Pole],
+    residuals: &[f64],
+    spectral: &Spectral,
+) -> Vec<Pole> {
+    let record = model.record;
+    // The span of what is fitted already.
+    let mut basis = Orthonormal::default();
+    basis.push(vec![1.0; record.time_s.len()]);
+    for pole in known {
+        for column in model.mode_columns(*pole, &record.time_s) {
+            basis.push(column);
+        }
+    }
+    let bin = spectral.bin_hz();
+    let mut best: Option<(f64, f64)> = None;
+    for candidate in candidates(residuals, record, spectral) {
+        let centre = spectral.spectra.frequency_hz[candidate];
+        let step = (0.5 * SCAN_DAMPING * centre).max(0.5 / record.duration_s());
+        let half = (1.5 * bin / step).ceil() as i32;
+        for offset in -half..=half {
+            let frequency_hz = centre + f64::from(offset) * step;
+            if frequency_hz <= 0.0 || frequency_hz >= spectral.nyquist_hz() {
+                continue;
+            }
+            let pole = Pole { frequency_hz, damping_ratio: SCAN_DAMPING };
+            let mut wider = basis.clone();
+            for column in model.mode_columns(pole, &record.time_s) {
+                wider.push(column);
+            }
+            let mut left = residuals.to_vec();
+            wider.remove_from(&mut left);
+            let sum = dot(&left, &left);
+            if best.is_none_or(|(least, _)| sum < least) {
+                best = Some((sum, frequency_hz));
+            }
+        }
+    }
+    let starts = best
+        .map(|(_, frequency_hz)| START_DAMPINGS.map(|damping_ratio| Pole { frequency_hz, damping_ratio }));
+    starts.into_iter().flatten().collect()
+}
+
+/// Bins at which the residual responds most to the input: by response and by coherent output.
+fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<usize> {
+    let output = resample(&record.time_s, residuals, &spectral.grid_s);
+    let spectra =
+        CrossSpectra::welch(&spectral.input, &output, spectral.interval_s, spectral.segment, Window::Hamming);
+    let top = spectra.input.iter().fold(0.0_f64, |top, value| top.max(*value));
+    let rank = |exponent: f64| {
+        let values: Vec<f64> = spectra
+            .cross
+            .iter()
+            .zip(&spectra.input)
+            .map(
+                |(cross, input)| {
+                    if *input > EXCITED * top { cross.norm() / input.powf(exponent) } else { 0.0 }
+                },
+            )
+            .collect();
+        peaks(&values, 2).into_iter().take(CANDIDATES)
+    };
+    let mut bins: Vec<usize> = rank(1.0).chain(rank(0.5)).collect();
+    bins.sort_unstable();
+    bins.dedup();
+    bins
+}
+
+fn values(curve: &PiecewiseCubic, times_s: &[f64]) -> Vec<f64> {
+    curve.sample(times_s.iter().copied()).into_iter().map(|v| v[0]).collect()
+}
+
+fn resample(time_s: &[f64], samples: &[f64], grid_s: &[f64]) -> Vec<f64> {
+    values(&PiecewiseCubic::new(time_s, samples, InputInterpolation::Cubic), grid_s)
+}

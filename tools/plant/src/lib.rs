@@ -1,1 +1,73 @@
-//! Stillbeam plant.
+//! The plant: a non-uniform flexible beam clamped to a translating base, from model file to simulation.
+//!
+//! ```text
+//! setpoint ──▶ drive ──▶ base y(t) ──▶ beam w(x, t) ──▶ camera ──▶ recorded tip
+//!              force u ──▶ base + beam (coupled) ──▶ base position, tip
+//! ```
+//!
+//! | sentence | file |
+//! |---|---|
+//! | a model file becomes a checked [`Model`], or an error naming file, line, key and remedy | `model_file`, `model` |
+//! | width and thickness along the beam become mass and stiffness matrices | `beam` |
+//! | matrices become modes, with the base held or free | `modes` |
+//! | modes become a linear chain that is advanced without discretisation error | `chain`, `linear` |
+//! | the chain is run over a recording, or one tick at a time | [`simulate()`], [`PrescribedBase`] |
+//! | the tip is seen by a slow, noisy camera | [`Camera`] |
+//! | a move is judged | `metrics` |
+//!
+//! Units are SI throughout: metres, seconds, kilograms, newtons, hertz; angular frequencies say `rad_s`.
+//! Equation numbers are those of Pham, Kim, Nguyen and Hong, "Control of a Non-uniform Flexible Beam:
+//! Identification of First Two Modes" (2021).
+//!
+//! ```
+//! use stillbeam_plant::{Model, PrescribedBase};
+//! let text = r#"
+//!     schema = 1
+//!     kind = "modal"
+//!     [[mode]]
+//!     frequency_hz = 1.1
+//!     damping_ratio = 0.0074
+//!     participation = [1.566]
+//!     [input]
+//!     column = "base_position_m"
+//!     [[output]]
+//!     column = "tip_deflection_m"
+//! "#;
+//! let model = Model::from_toml("example.toml", text)?;
+//! let mut plant = PrescribedBase::new(&model, 1000.0, 0.0)?;
+//! // A base that starts to move forwards leaves the tip behind.
+//! assert!(plant.step(0.001) < 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod advances;
+pub mod beam;
+mod camera;
+mod chain;
+mod drive;
+mod error;
+mod linear;
+mod metrics;
+mod model;
+mod model_file;
+pub mod modes;
+mod prescribed_base;
+mod profile;
+mod residual;
+mod simulate;
+mod stamps;
+
+pub use camera::{Camera, CameraError};
+pub use drive::ServoDrive;
+pub use error::PlantError;
+pub use metrics::{Move, MoveMetrics, measure_move};
+pub use model::{
+    BASE_POSITION, BeamDamping, BeamOnBase, BeamParameters, BeamSignal, FORCE, Input, InvalidParameter,
+    MAX_MODES, ModalModel, ModalOutput, Model, Problem, Quantity, SETPOINT, TIP_DEFLECTION, TIP_POSITION,
+};
+pub use model_file::{ModelFileError, SCHEMA};
+pub use modes::Mode;
+pub use prescribed_base::{ModalState, PrescribedBase};
+pub use profile::Profile;
+pub use residual::{PercentageVibration, ResidualVibration};
+pub use simulate::{Hold, SimulateOptions, free_decay, simulate, simulate_with};

@@ -1,0 +1,214 @@
+//! What can be wrong with a model's parameters, and what to do about it.
+
+use thiserror::Error;
+
+/// A parameter that cannot be used: which one, and why.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[error("`{key}`: {problem}")]
+pub struct InvalidParameter {
+    /// Path of the parameter in a model file, such as `beam.width_m` or `mode.1.frequency_hz` (1-based).
+    pub key: String,
+    /// What is wrong, and the remedy.
+    pub problem: Problem,
+}
+
+impl InvalidParameter {
+    pub(crate) fn new(key: impl Into<String>, problem: Problem) -> Self {
+        Self { key: key.into(), problem }
+    }
+}
+
+/// The problem itself.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Problem {
+    /// A quantity that only makes sense above zero.
+    #[error("{value} is not a positive finite number; give one greater than zero")]
+    NotPositive {
+        /// The value found.
+        value: f64,
+    },
+    /// A quantity that may be zero but not negative.
+    #[error("{value} is negative or not finite; give zero or a positive number")]
+    Negative {
+        /// The value found.
+        value: f64,
+    },
+    /// Infinite or not a number.
+    #[error("{value} is not finite; give an ordinary number")]
+    NotFinite {
+        /// The value found.
+        value: f64,
+    },
+    /// Only underdamped modes vibrate.
+    #[error(
+        "damping ratio {value} of mode {mode} is outside 0 <= zeta < 1; a lightly damped beam has about 0.005"
+    )]
+    DampingRange {
+        /// The value found.
+        value: f64,
+        /// 1-based mode.
+        mode: usize,
+    },
+    /// One damping ratio per mode.
+    #[error("{found} damping ratio(s) for {modes} mode(s); give one per mode")]
+    DampingCount {
+        /// Modes asked for.
+        modes: usize,
+        /// Ratios given.
+        found: usize,
+    },
+    /// Both or neither of `damping_ratio` and `rayleigh`.
+    #[error(
+        "give either `damping_ratio` (one per mode) or `rayleigh = [alpha1, alpha2]`, not both and not neither"
+    )]
+    DampingChoice,
+    /// Mode count out of range.
+    #[error("{found} mode(s) asked for; give a whole number from 1 to {most}")]
+    ModeCount {
+        /// Modes asked for.
+        found: i64,
+        /// The most that are supported.
+        most: usize,
+    },
+    /// Too few corners to be a line.
+    #[error(
+        "a profile of {found} corner(s); give one number for a uniform beam, or at least two [x_m, value_m] corners"
+    )]
+    ProfileCorners {
+        /// Corners given.
+        found: usize,
+    },
+    /// The profile does not span the beam.
+    #[error(
+        "the profile runs from {first_m} m to {last_m} m and does not cover the beam, 0 to {length_m} m; make the first corner 0.0 and the last beam.length_m"
+    )]
+    ProfileCover {
+        /// Position of the first corner.
+        first_m: f64,
+        /// Position of the last corner.
+        last_m: f64,
+        /// The beam's length.
+        length_m: f64,
+    },
+    /// Corner positions must increase.
+    #[error(
+        "corner {corner} at {x_m} m does not lie beyond the one before; sort the corners by position, each position once"
+    )]
+    ProfileOrder {
+        /// 1-based corner.
+        corner: usize,
+        /// Its position.
+        x_m: f64,
+    },
+    /// A corner without material.
+    #[error("{value_m} m at corner {corner} is not a positive finite number; a beam has material everywhere")]
+    ProfileValue {
+        /// 1-based corner.
+        corner: usize,
+        /// Its value.
+        value_m: f64,
+    },
+    /// The input column means nothing to this kind of model.
+    #[error("`{found}` cannot drive this model; use one of {}", allowed.join(", "))]
+    InputColumn {
+        /// The column given.
+        found: String,
+        /// The columns that can.
+        allowed: Vec<String>,
+    },
+    /// A gain other than 1 on a motion.
+    #[error("gain {gain} on a motion input; a gain scales forces only, remove it or rescale the column")]
+    GainOnMotion {
+        /// The gain given.
+        gain: f64,
+    },
+    /// The output column means nothing to this kind of model.
+    #[error("this model does not compute `{found}`; use one of {}", allowed.join(", "))]
+    OutputColumn {
+        /// The column given.
+        found: String,
+        /// The columns it computes.
+        allowed: Vec<String>,
+    },
+    /// No name where one is needed.
+    #[error("the column has no name; give one that ends in its unit, such as tip_deflection_m")]
+    EmptyColumn,
+    /// A column given twice, or an output named as the input or the time.
+    #[error("`{column}` is used for more than one signal; give every signal its own column")]
+    RepeatedColumn {
+        /// The repeated name.
+        column: String,
+    },
+    /// Nothing to compute.
+    #[error("there is none; add at least one")]
+    Missing,
+    /// One participation per output.
+    #[error("{found} participation(s) for {outputs} output(s); give one per [[output]]")]
+    ParticipationCount {
+        /// Outputs of the model.
+        outputs: usize,
+        /// Participations given.
+        found: usize,
+    },
+    /// The acceleration of a base known by sampled positions is not a function of time.
+    #[error(
+        "the acceleration of a mode is a train of impulses when the base's motion is given by sampled positions; use quantity = \"position\" or \"velocity\""
+    )]
+    AccelerationFromMotion,
+    /// `[fixed]` names something that is not a parameter of the model.
+    #[error("this is not a parameter of the model; `[fixed]` may name {}", allowed.join(", "))]
+    FixedPath {
+        /// The parameters there are.
+        allowed: Vec<String>,
+    },
+}
+
+/// `Ok` when `value` is finite and above zero.
+pub(crate) fn positive(key: impl Into<String>, value: f64) -> Result<(), InvalidParameter> {
+    if value.is_finite() && value > 0.0 {
+        return Ok(());
+    }
+    Err(InvalidParameter::new(key, Problem::NotPositive { value }))
+}
+
+/// `Ok` when `value` is finite and not below zero.
+pub(crate) fn not_negative(key: impl Into<String>, value: f64) -> Result<(), InvalidParameter> {
+    if value.is_finite() && value >= 0.0 {
+        return Ok(());
+    }
+    Err(InvalidParameter::new(key, Problem::Negative { value }))
+}
+
+/// `Ok` when `value` is finite.
+pub(crate) fn finite(key: impl Into<String>, value: f64) -> Result<(), InvalidParameter> {
+    if value.is_finite() {
+        return Ok(());
+    }
+    Err(InvalidParameter::new(key, Problem::NotFinite { value }))
+}
+
+/// `Ok` when the damping ratio of the 1-based `mode` is underdamped.
+pub(crate) fn underdamped(key: impl Into<String>, mode: usize, value: f64) -> Result<(), InvalidParameter> {
+    if (0.0..1.0).contains(&value) {
+        return Ok(());
+    }
+    Err(InvalidParameter::new(key, Problem::DampingRange { value, mode }))
+}
+
+/// `Ok` when the names are there and all different, and none is the time.
+pub(crate) fn distinct_columns<'a>(
+    keys_and_names: impl IntoIterator<Item = (String, &'a str)>,
+) -> Result<(), InvalidParameter> {
+    let mut seen = std::collections::HashSet::from([stillbeam_recording::TIME_COLUMN]);
+    for (key, name) in keys_and_names {
+        if name.is_empty() {
+            return Err(InvalidParameter::new(key, Problem::EmptyColumn));
+        }
+        if !seen.insert(name) {
+            let column = name.to_owned();
+            return Err(InvalidParameter::new(key, Problem::RepeatedColumn { column }));
+        }
+    }
+    Ok(())
+}

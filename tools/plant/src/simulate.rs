@@ -1,0 +1,201 @@
+//! A model run over a whole recording.
+
+use stillbeam_recording::Recording;
+
+use crate::advances::Advances;
+use crate::chain::Chain;
+use crate::error::PlantError;
+use crate::model::{FORCE, Model};
+use crate::prescribed_base::ModalState;
+use crate::stamps::Stamps;
+
+/// What a force does between two samples. A motion of the base always goes in straight lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Hold {
+    /// A straight line to the next sample: a force that was measured.
+    #[default]
+    FirstOrder,
+    /// The same until the next sample: a force that a digital controller put out.
+    ZeroOrder,
+}
+
+/// How a recording is simulated.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct SimulateOptions {
+    /// What a force does between samples.
+    pub hold: Hold,
+    /// Rate of the output samples in hertz, counted from the first input sample; `None`: at the input's times.
+    pub output_rate_hz: Option<f64>,
+}
+
+/// Runs the model over the recording's input column, with a force held first-order and outputs at the input's
+/// times. See [`simulate_with`].
+///
+/// # Errors
+/// As [`simulate_with`].
+pub fn simulate(model: &Model, recording: &Recording) -> Result<Recording, PlantError> {
+    simulate_with(model, recording, &SimulateOptions::default())
+}
+
+/// Runs the model over the recording's input column.
+///
+/// The plant is at rest up to the first sample: a force is zero before it, a base has been standing where it
+/// starts. The result has the input's column, then the model's outputs, at the input's times or at the
+/// output rate; its name is the recording's with `, simulated`. Between samples nothing is approximated, so
+/// the outputs depend on neither the input's nor the output's rate, beyond what [`Hold`] says.
+///
+/// A velocity output under base motion is the mean of the two speeds at a tick, where it jumps.
+///
+/// # Errors
+/// [`PlantError::NoInput`] for a free-decay model; [`PlantError::Recording`] when the column is missing or the
+/// recording malformed; [`PlantError::InputGap`]; [`PlantError::Rate`] and [`PlantError::OutputSize`] for the
+/// output rate; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
+pub fn simulate_with(
+    model: &Model,
+    recording: &Recording,
+    options: &SimulateOptions,
+) -> Result<Recording, PlantError> {
+    let chain = Chain::new(model)?;
+    let input = model.input().ok_or(PlantError::NoInput)?;
+    let samples = recording.column(&input.column)?;
+    check_input(recording, &input.column, samples)?;
+    let line = Line {
+        stamps: Stamps::new(&recording.time_s),
+        samples,
+        zero_order: options.hold == Hold::ZeroOrder && !input.is_motion(),
+    };
+    let output_s = match options.output_rate_hz {
+        None => line.stamps.to_vec(),
+        Some(rate_hz) => line.stamps.resampled(rate_hz)?,
+    };
+    let initial = chain.rest_at(samples.first().copied().unwrap_or(0.0));
+    let columns = run(&chain, initial, &line, &output_s)?;
+    let time_s = match options.output_rate_hz {
+        None => recording.time_s.clone(),
+        Some(_) => output_s,
+    };
+    let mut result = Recording::new(format!("{}, simulated", recording.name), time_s)
+        .with_column(input.column.clone(), columns.input);
+    for (readout, samples) in chain.outputs.iter().zip(columns.outputs) {
+        // A beam's base position may be its input, handed through.
+        if readout.column != input.column {
+            result = result.with_column(readout.column.clone(), samples);
+        }
+    }
+    Ok(result)
+}
+
+/// The free vibration from given modal states (at the first of `time_s`), the base held or the force zero.
+///
+/// `time_s` are seconds, strictly increasing. The result has the model's outputs.
+///
+/// # Errors
+/// [`PlantError::InitialStates`] unless there is one state per mode; [`PlantError::Recording`] when the times
+/// do not increase or are fewer than a recording needs; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
+pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Result<Recording, PlantError> {
+    let chain = Chain::held(model)?;
+    let state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();
+    if state.len() != chain.system.value.len() {
+        let (modes, found) = (chain.system.value.len() / 2, initial.len());
+        return Err(PlantError::InitialStates { modes, found });
+    }
+    let mut result = Recording::new("free decay, simulated", time_s);
+    let samples = vec![0.0; result.len()];
+    let probe = result.clone().with_column(FORCE, samples.clone());
+    probe.check()?;
+    let line = Line { stamps: Stamps::new(&result.time_s), samples: &samples, zero_order: true };
+    let columns = run(&chain, state, &line, &line.stamps.to_vec())?;
+    for (readout, samples) in chain.outputs.iter().zip(columns.outputs) {
+        result = result.with_column(readout.column.clone(), samples);
+    }
+    Ok(result)
+}
+
+/// The input as a function of time.
+struct Line<'a> {
+    stamps: Stamps<'a>,
+    samples: &'a [f64],
+    zero_order: bool,
+}
+
+impl Line<'_> {
+    /// Slope of the stretch that starts at sample `index`; zero for the last, which starts none.
+    fn slope(&self, index: usize) -> f64 {
+        let ends = self.samples.get(index..index + 2);
+        match (self.stamps.interval_s(index), ends) {
+            (Some(interval_s), Some(&[from, to])) if !self.zero_order => (to - from) / interval_s,
+            _ => 0.0,
+        }
+    }
+}
+
+struct Columns {
+    input: Vec<f64>,
+    outputs: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    fn push(&mut self, chain: &Chain, state: &[f64], u: f64, slope: f64) {
+        self.input.push(u);
+        for (readout, samples) in chain.outputs.iter().zip(&mut self.outputs) {
+            samples.push(readout.read(state, u, slope));
+        }
+    }
+}
+
+/// Walks along the input, stretch by stretch, and looks aside at every output time.
+fn run(chain: &Chain, mut state: Vec<f64>, line: &Line<'_>, output_s: &[f64]) -> Result<Columns, PlantError> {
+    let mut advances = Advances::new(&chain.system);
+    let mut scratch = Vec::with_capacity(state.len());
+    let mut aside = Vec::with_capacity(state.len());
+    let mut columns = Columns {
+        input: Vec::with_capacity(output_s.len()),
+        outputs: vec![Vec::with_capacity(output_s.len()); chain.outputs.len()],
+    };
+    let mut output_s = output_s.iter().copied().peekable();
+    let mut slope_before = 0.0;
+    for (index, &u) in line.samples.iter().enumerate() {
+        let interval_s = line.stamps.interval_s(index);
+        let start_s = line.stamps.at(index);
+        let slope = line.slope(index);
+        // The last sample answers for whatever rounding has put just beyond it.
+        let (end_s, close_s) = match interval_s {
+            Some(interval_s) => (start_s + interval_s, 1e-9 * interval_s),
+            None => (f64::INFINITY, f64::INFINITY),
+        };
+        while let Some(time_s) = output_s.next_if(|&time_s| time_s + close_s.min(1.0) < end_s) {
+            let past_s = time_s - start_s;
+            if past_s <= close_s {
+                let at_tick = match interval_s {
+                    Some(_) => 0.5 * (slope_before + slope),
+                    None => slope_before,
+                };
+                columns.push(chain, &state, u, at_tick);
+            } else {
+                aside.clone_from(&state);
+                let advance = advances.partial(past_s)?;
+                advance.apply(&mut aside, &mut scratch, u, slope);
+                columns.push(chain, &aside, u + slope * past_s, slope);
+            }
+        }
+        if let Some(interval_s) = interval_s {
+            let advance = advances.whole(interval_s)?;
+            advance.apply(&mut state, &mut scratch, u, slope);
+        }
+        slope_before = slope;
+    }
+    Ok(columns)
+}
+
+/// Whether an input can be simulated from: well-formed stamps and a value at each of them.
+fn check_input(recording: &Recording, column: &str, samples: &[f64]) -> Result<(), PlantError> {
+    recording.check()?;
+    match samples.iter().position(|sample| sample.is_nan()) {
+        None => Ok(()),
+        Some(index) => Err(PlantError::InputGap {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            row: index + 2,
+        }),
+    }
+}

@@ -9,7 +9,6 @@
 mod image {
     use core::fmt::Write as _;
 
-    use embassy_executor::Spawner;
     use embassy_futures::select::{Either, select};
     use embassy_futures::yield_now;
     use embassy_stm32::usart::BufferedUart;
@@ -17,7 +16,7 @@ mod image {
     use heapless::String;
     use heapless::spsc::Consumer;
     use static_cell::ConstStaticCell;
-    use stillbeam_firmware::board::{self, clocks, outputs, serial, tick_timer};
+    use stillbeam_firmware::board::{self, clocks, executor, outputs, serial, tick_timer};
     use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
     use stillbeam_firmware::machine::Machine;
     use stillbeam_firmware::telemetry::Sample;
@@ -32,8 +31,8 @@ mod image {
         timer_clock_hz: board::TIMER_CLOCK_HZ,
     };
 
-    #[embassy_executor::main]
-    async fn main(_spawner: Spawner) {
+    #[cortex_m_rt::entry]
+    fn main() -> ! {
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
         tick_timer::configure();
@@ -42,13 +41,18 @@ mod image {
         board::stillbeam_boot_complete();
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
         outputs::set_drive_enabled(true);
-        // The baud rate is a constant that the divider can make, so the port opens.
-        if let Ok(port) = port {
-            serve(port, parts.console, parts.samples).await;
+        // The baud rate is a constant that the divider can make, so the port opens, and the one task there is
+        // finds its place free.
+        if let Ok(port) = port
+            && let Ok(task) = serve(port, parts.console, parts.samples)
+        {
+            executor::start().spawn(task);
         }
+        executor::sleep()
     }
 
     /// Answers the console and sends samples, for ever.
+    #[embassy_executor::task]
     async fn serve(
         port: BufferedUart<'static>,
         mut console: Console<'static>,

@@ -5,12 +5,16 @@
 //! | console and telemetry | USART1, PA9 (TX), PA10 (RX), 921 600 baud 8N1 |
 //! | analog setpoint | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
-//! | tick | TIM2 update interrupt, top priority |
+//! | tick | TIM2 update interrupt, priority 0: nothing masks it but short critical sections |
+//! | serial buffers | USART1 interrupt, priority 6 |
+//! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
+//! | "samples wait" | doorbell interrupt (line of CAN2_SCE), priority 15 |
 //! | external clock | 8 MHz crystal, PLL to 168 MHz |
 
 #![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
 
 pub mod clocks;
+pub mod executor;
 pub mod outputs;
 pub mod panic;
 pub mod serial;

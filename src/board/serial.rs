@@ -1,7 +1,8 @@
 //! The serial port: USART1 with interrupt-driven buffers.
 
+use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::usart::{self, BufferedUart, Config, ConfigError};
-use embassy_stm32::{Peri, bind_interrupts, peripherals};
+use embassy_stm32::{Peri, bind_interrupts, interrupt, peripherals};
 use static_cell::ConstStaticCell;
 
 bind_interrupts!(struct Interrupts {
@@ -23,6 +24,7 @@ pub fn open(
     receive: Peri<'static, peripherals::PA10>,
     transmit: Peri<'static, peripherals::PA9>,
 ) -> Result<BufferedUart<'static>, ConfigError> {
+    interrupt::Interrupt::USART1.set_priority(Priority::P6);
     let mut config = Config::default();
     config.baudrate = BAUD;
     // Deliver each byte as it comes: people type, and emulators have no idle interrupt.

@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use super::clock_cover::ClockCover;
 use super::error::EmulatorError;
-use super::image::{BOOT_COMPLETE_SYMBOL, ImageSymbols};
+use super::image::ImageSymbols;
 use super::rsp::{RspClient, RspError};
 use super::thumb::{self, Direction, Offset, UnsupportedInstruction};
+use super::tick_alignment;
 
 const PC: u8 = 15;
 const PROGRAM_STATUS: u8 = 25;
@@ -46,17 +47,24 @@ pub(super) fn boot<S: Read + Write>(
     symbols: &ImageSymbols,
     limit: Duration,
 ) -> Result<BootReport, BootFailure> {
-    for region in ClockCover::REGIONS {
+    let watched = || ClockCover::REGIONS.into_iter().chain([tick_alignment::REGION]);
+    for region in watched() {
         client.watch(region.base, region.length)?;
     }
     client.break_at(symbols.boot_complete())?;
-    let report =
-        StartUp { client: &mut client, symbols, cover: ClockCover::default(), served: 0, last_access: None }
-            .run(limit)?;
-    for region in ClockCover::REGIONS {
+    let report = StartUp {
+        client: &mut client,
+        symbols,
+        cover: ClockCover::default(),
+        served: 0,
+        last_access: None,
+        reported_complete: false,
+        tick_started: false,
+    }
+    .run(limit)?;
+    for region in watched() {
         client.unwatch(region.base, region.length)?;
     }
-    client.unbreak(symbols.boot_complete())?;
     client.detach()?;
     Ok(report)
 }
@@ -67,12 +75,16 @@ struct StartUp<'a, S> {
     cover: ClockCover,
     served: usize,
     last_access: Option<(Direction, u32, u32)>,
+    /// The image has called `stillbeam_boot_complete`.
+    reported_complete: bool,
+    /// The image has started the timer of its tick, before or after that call.
+    tick_started: bool,
 }
 
 impl<S: Read + Write> StartUp<'_, S> {
     fn run(mut self, limit: Duration) -> Result<BootReport, BootFailure> {
         let begun = Instant::now();
-        loop {
+        while !(self.reported_complete && self.tick_started) {
             // A start-up that polls a covered register for ever never stops by itself.
             let left = limit.saturating_sub(begun.elapsed());
             if left.is_zero() {
@@ -89,7 +101,8 @@ impl<S: Read + Write> StartUp<'_, S> {
             if stop.watchpoint.is_some() {
                 self.serve(pc)?;
             } else if pc == self.symbols.boot_complete() {
-                return Ok(BootReport { served_accesses: self.served, duration: begun.elapsed() });
+                self.reported_complete = true;
+                self.client.unbreak(pc)?;
             } else {
                 return Err(BootFailure::Emulator(EmulatorError::UnexpectedStop {
                     location: self.symbols.describe(pc),
@@ -97,6 +110,7 @@ impl<S: Read + Write> StartUp<'_, S> {
                 }));
             }
         }
+        Ok(BootReport { served_accesses: self.served, duration: begun.elapsed() })
     }
 
     /// Does what the instruction at `pc` asks for, on the register file, and steps over it.
@@ -118,7 +132,7 @@ impl<S: Read + Write> StartUp<'_, S> {
             Offset::Register { index, .. } => self.client.register(index)?,
         };
         let (address, written_back) = access.resolve(base_value, index_value);
-        if !ClockCover::covers(address) {
+        if !ClockCover::covers(address) && !tick_alignment::REGION.contains(address) {
             return Err(BootFailure::Emulator(EmulatorError::Stray {
                 location: self.symbols.describe(pc),
                 address,
@@ -132,7 +146,11 @@ impl<S: Read + Write> StartUp<'_, S> {
             }
             Direction::Store => {
                 let value = self.client.register(access.transfer)?;
-                self.cover.write(address, value);
+                if tick_alignment::REGION.contains(address) {
+                    self.tick_started |= tick_alignment::generate_event(self.client, value)?;
+                } else {
+                    self.cover.write(address, value);
+                }
                 value
             }
         };
@@ -162,7 +180,11 @@ impl<S: Read + Write> StartUp<'_, S> {
             }
         };
         Ok(EmulatorError::BootTimeout {
-            symbol: BOOT_COMPLETE_SYMBOL,
+            waiting_for: if self.reported_complete {
+                "the image did not start its tick timer (TIM2, by an update event through EGR)"
+            } else {
+                "the image did not call `stillbeam_boot_complete`"
+            },
             limit,
             location: self.symbols.describe(pc),
             served: self.served,
@@ -170,3 +192,7 @@ impl<S: Read + Write> StartUp<'_, S> {
         })
     }
 }
+
+#[cfg(test)]
+#[path = "boot_tests.rs"]
+mod tests;

@@ -18,7 +18,8 @@ pub struct Region {
 }
 
 impl Region {
-    fn contains(self, address: u32) -> bool {
+    /// Whether `address` lies in the range.
+    pub fn contains(self, address: u32) -> bool {
         address.wrapping_sub(self.base) < self.length
     }
 }

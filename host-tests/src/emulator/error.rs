@@ -88,14 +88,14 @@ pub enum EmulatorError {
         /// The signal number the stub reports.
         signal: u8,
     },
-    /// The image did not report the end of its start-up in time.
+    /// The start-up did not end in time.
     #[error(
-        "the image did not reach `{symbol}` within {limit:?}; it is at {location} after {served} covered accesses, \
+        "{waiting_for} within {limit:?}; the image is at {location} after {served} covered accesses, \
          the last one {last_access}"
     )]
     BootTimeout {
-        /// The function that marks the end of the start-up.
-        symbol: &'static str,
+        /// What has not happened yet.
+        waiting_for: &'static str,
         /// The time that was allowed.
         limit: Duration,
         /// Program counter and, where known, the function.

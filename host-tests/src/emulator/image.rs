@@ -33,7 +33,7 @@ impl ImageSymbols {
                 file.architecture()
             )));
         }
-        let mut functions: Vec<_> = file
+        let functions: Vec<_> = file
             .symbols()
             .filter(|symbol| symbol.kind() == SymbolKind::Text)
             .filter_map(|symbol| {
@@ -43,17 +43,19 @@ impl ImageSymbols {
                 Some((start, length, symbol.name().ok()?.to_owned()))
             })
             .collect();
+        Self::of_functions(functions).ok_or_else(|| {
+            fail(format!(
+                "it has no function `{BOOT_COMPLETE_SYMBOL}`, which tells the driver that the start-up is over"
+            ))
+        })
+    }
+
+    /// From starts, lengths and names; `None` without [`BOOT_COMPLETE_SYMBOL`].
+    pub(super) fn of_functions(mut functions: Vec<(u32, u32, String)>) -> Option<Self> {
         functions.sort();
-        let boot_complete = functions
-            .iter()
-            .find(|(_, _, name)| name == BOOT_COMPLETE_SYMBOL)
-            .map(|(start, _, _)| *start)
-            .ok_or_else(|| {
-                fail(format!(
-                    "it has no function `{BOOT_COMPLETE_SYMBOL}`, which tells the driver that the start-up is over"
-                ))
-            })?;
-        Ok(Self { boot_complete, functions })
+        let boot_complete =
+            functions.iter().find(|(_, _, name)| name == BOOT_COMPLETE_SYMBOL).map(|(start, _, _)| *start)?;
+        Some(Self { boot_complete, functions })
     }
 
     /// Address of [`BOOT_COMPLETE_SYMBOL`], even.

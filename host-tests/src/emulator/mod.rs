@@ -3,6 +3,11 @@
 //! [`Emulator::boot`] starts QEMU with the CPU held in reset, serves the clock registers that QEMU
 //! does not model until the image reports that its start-up is over, and lets it run. From then on
 //! the image has a serial port like any board: [`Emulator::serial_port`].
+//!
+//! The driver itself keeps the serial port open, so a client may come (and come back) whenever it
+//! likes: what the image has printed waits for it, up to the few KiB that the kernel buffers, and
+//! the board stands still when that is full. Virtual time has no fixed relation to wall-clock time;
+//! the baud rate is not emulated.
 
 mod boot;
 pub mod clock_cover;
@@ -12,6 +17,7 @@ mod process;
 pub mod rsp;
 mod serial;
 pub mod thumb;
+mod tick_alignment;
 mod version;
 
 use std::os::unix::net::UnixStream;
@@ -35,7 +41,9 @@ use tempfile::TempDir;
 pub struct EmulatorOptions {
     /// The program; found on the search path by default.
     pub qemu: PathBuf,
-    /// An instruction takes 2^shift ns of virtual time.
+    /// An instruction takes 2^shift ns of virtual time, and a tick at 4 kHz 20.999 us of it (see
+    /// `tick_alignment`): with 3, the default, 2625 instructions, which tick, console and a stream
+    /// of every fourth sample fit into. 4 is faster but drops samples of such a stream.
     pub shift: u8,
     /// Wall-clock limit for QEMU to open its debug link and serial port.
     pub start_limit: Duration,

@@ -73,12 +73,7 @@ impl<S: Read + Write> RspClient<S> {
     ///
     /// [`RspError`] where the link fails or the stub has no such register.
     pub fn register(&mut self, number: u8) -> Result<u32, RspError> {
-        let command = format!("p{number:x}");
-        let answer = self.command(&command)?;
-        match parse_hex(&answer).as_deref() {
-            Some(&[a, b, c, d]) => Ok(u32::from_le_bytes([a, b, c, d])),
-            _ => Err(refused(&command, &answer)),
-        }
+        self.word(&format!("p{number:x}"))
     }
 
     /// Sets core register `number`.
@@ -87,8 +82,7 @@ impl<S: Read + Write> RspClient<S> {
     ///
     /// [`RspError`] where the link fails or the stub refuses.
     pub fn set_register(&mut self, number: u8, value: u32) -> Result<(), RspError> {
-        let [a, b, c, d] = value.to_le_bytes();
-        self.expect_ok(&format!("P{number:x}={a:02x}{b:02x}{c:02x}{d:02x}"))
+        self.expect_ok(&format!("P{number:x}={}", word_hex(value)))
     }
 
     /// `length` bytes of memory at `address`.
@@ -103,6 +97,24 @@ impl<S: Read + Write> RspClient<S> {
             Some(bytes) if bytes.len() == length => Ok(bytes),
             _ => Err(refused(&command, &answer)),
         }
+    }
+
+    /// The word at `address`, which may be a peripheral's register.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or there is nothing to read.
+    pub fn read_word(&mut self, address: u32) -> Result<u32, RspError> {
+        self.word(&format!("m{address:x},4"))
+    }
+
+    /// Writes a word to `address`, which may be a peripheral's register.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the stub refuses.
+    pub fn write_word(&mut self, address: u32, value: u32) -> Result<(), RspError> {
+        self.expect_ok(&format!("M{address:x},4:{}", word_hex(value)))
     }
 
     /// Stops the CPU before every read and write of a range.
@@ -171,6 +183,15 @@ impl<S: Read + Write> RspClient<S> {
     /// [`RspError`] where the link fails or the stub refuses.
     pub fn detach(mut self) -> Result<(), RspError> {
         self.expect_ok("D")
+    }
+
+    fn word(&mut self, command: &str) -> Result<u32, RspError> {
+        let answer = self.command(command)?;
+        // Words travel in the target's order, which is little-endian.
+        match parse_hex(&answer).as_deref() {
+            Some(&[a, b, c, d]) => Ok(u32::from_le_bytes([a, b, c, d])),
+            _ => Err(refused(command, &answer)),
+        }
     }
 
     fn expect_ok(&mut self, command: &str) -> Result<(), RspError> {
@@ -282,6 +303,10 @@ fn unescape(raw: &[u8]) -> String {
         }
     }
     String::from_utf8_lossy(&plain).into_owned()
+}
+
+fn word_hex(value: u32) -> String {
+    format!("{:08x}", value.swap_bytes())
 }
 
 fn parse_hex(text: &str) -> Option<Vec<u8>> {

@@ -83,6 +83,15 @@ fn memory_is_read_with_its_length_checked() {
 }
 
 #[test]
+fn words_are_read_and_written_in_the_targets_order() {
+    let mut client = client(&["+$78563412#a4", "+$OK#9a"]);
+    assert_eq!(client.read_word(0x4000_0c24).expect("answer"), 0x1234_5678);
+    client.write_word(0x4000_0024, 0x0034_5678).expect("accepted");
+    assert!(sent(&client).contains("$m40000c24,4#"));
+    assert!(sent(&client).contains("$M40000024,4:78563400#"));
+}
+
+#[test]
 fn watchpoints_and_breakpoints_have_their_packets() {
     let mut client = client(&["+$OK#9a"; 4]);
     client.watch(0x4002_3800, 0x100).expect("accepted");

@@ -1,1 +1,3 @@
-//! Host library.
+//! What the `stillbeam` command does, as a library.
+pub mod board;
+pub mod workspace;

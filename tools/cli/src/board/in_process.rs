@@ -1,0 +1,107 @@
+//! The firmware's core in this process: the same console, the same tick, on a clock that runs as fast as it can.
+//!
+//! Time passes only while somebody reads or pauses, one tick after the other, so every run is the same to the
+//! bit. It is the portable core that runs, not the image: interrupts, drivers and the serial line are the
+//! emulated or the real board's.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::time::Duration;
+
+use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+use stillbeam_firmware::machine::{Machine, Parts};
+
+use super::ByteLink;
+
+/// The clock of the real board's tick timer, so that tick rates come out the same.
+const TIMER_CLOCK_HZ: u32 = 84_000_000;
+
+/// The core as a board.
+pub struct InProcessBoard {
+    parts: Parts<'static>,
+    /// Bytes on their way to the host.
+    outgoing: VecDeque<u8>,
+    clock_s: f64,
+}
+
+impl fmt::Debug for InProcessBoard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("InProcessBoard").field("clock_s", &self.clock_s).finish_non_exhaustive()
+    }
+}
+
+impl InProcessBoard {
+    /// A board as after reset, its greeting already sent.
+    ///
+    /// The machine's memory, some 120 KiB, is given to the process for good: its parts borrow from it.
+    pub fn new() -> Self {
+        let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
+        let identity =
+            Identity { version: env!("CARGO_PKG_VERSION"), board: "core", timer_clock_hz: TIMER_CLOCK_HZ };
+        let parts = machine.split(identity);
+        let mut board = Self { parts, outgoing: VecDeque::new(), clock_s: 0.0 };
+        board.say(|console, text| console.greet(text));
+        board
+    }
+
+    fn say(&mut self, speak: impl FnOnce(&mut Console<'static>, &mut String)) {
+        let mut text = String::with_capacity(MAX_REPLY);
+        speak(&mut self.parts.console, &mut text);
+        self.outgoing.extend(text.as_bytes());
+    }
+
+    fn tick(&mut self) {
+        let period_s = self.parts.console.tick_rate().period_s();
+        self.clock_s += period_s;
+        self.parts.controller.tick();
+        while let Some(sample) = self.parts.samples.dequeue() {
+            self.outgoing.extend(format!("{sample}\r\n").as_bytes());
+        }
+    }
+}
+
+impl Default for InProcessBoard {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl ByteLink for InProcessBoard {
+    fn name(&self) -> &str {
+        "core"
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        for byte in bytes {
+            self.say(|console, text| console.feed(*byte, text));
+            // As on the board: the reply is out when the interrupt has taken what the line asked for.
+            while self.parts.console.has_waiting_request() {
+                self.tick();
+            }
+        }
+        Ok(())
+    }
+
+    fn read(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        let deadline_s = self.clock_s + patience.as_secs_f64();
+        while self.outgoing.is_empty() && self.clock_s < deadline_s {
+            self.tick();
+        }
+        let count = buffer.len().min(self.outgoing.len());
+        for (place, byte) in buffer.iter_mut().zip(self.outgoing.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+
+    fn clock(&self) -> Duration {
+        Duration::from_secs_f64(self.clock_s)
+    }
+
+    fn pause(&mut self, duration: Duration) {
+        let deadline_s = self.clock_s + duration.as_secs_f64();
+        while self.clock_s < deadline_s {
+            self.tick();
+        }
+    }
+}

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod finite_elements;
+pub mod model_texts;
 
 use std::collections::BTreeMap;
 
@@ -65,4 +66,20 @@ pub fn worst(a: &[f64], b: &[f64]) -> f64 {
 /// Largest absolute value of a signal.
 pub fn peak(a: &[f64]) -> f64 {
     a.iter().fold(0.0, |peak: f64, x| peak.max(x.abs()))
+}
+
+/// Times of `count` ticks in seconds.
+pub fn ticks(count: usize, rate_hz: f64) -> Vec<f64> {
+    (0..count).map(|tick| tick as f64 / rate_hz).collect()
+}
+
+/// A smooth 50 mm move of `duration_s`, sampled at the given times.
+pub fn smooth_move(time_s: &[f64], duration_s: f64) -> Vec<f64> {
+    time_s
+        .iter()
+        .map(|t| {
+            let s = (t / duration_s).clamp(0.0, 1.0);
+            0.05 * s.powi(3) * (10.0 - 15.0 * s + 6.0 * s * s)
+        })
+        .collect()
 }

@@ -1,0 +1,59 @@
+//! How long a minute of the paper's beam at 10 kHz takes, whole and tick by tick.
+//!
+//! `cargo run --profile host -p stillbeam-plant --example minute_at_10_khz`
+
+use std::error::Error;
+use std::hint::black_box;
+use std::time::Instant;
+
+use stillbeam_plant::{Model, PrescribedBase, ServoDrive, simulate};
+use stillbeam_recording::Recording;
+
+const RATE_HZ: f64 = 10_000.0;
+const TICKS: usize = 600_000;
+const REPEATS: usize = 9;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/paper_beam.toml");
+    let Model::BeamOnBase(beam) = Model::read(path)? else {
+        return Err("the model is not a beam".into());
+    };
+    let mut servo = beam.clone();
+    servo.drive = Some(ServoDrive { bandwidth_hz: 30.0, damping_ratio: 0.7 });
+    let mut forced = beam.clone();
+    forced.input = Some(stillbeam_plant::Input::new("force_N"));
+    let time_s: Vec<f64> = (0..TICKS).map(|tick| tick as f64 / RATE_HZ).collect();
+    let sweep: Vec<f64> = time_s.iter().map(|t| 0.01 * (t * t).sin()).collect();
+    for (name, model) in [("ideal", beam), ("servo", servo), ("force", forced)] {
+        let model = Model::BeamOnBase(model);
+        let column = model.input().map_or("", |input| input.column.as_str());
+        let recording = Recording::new("sweep", time_s.clone()).with_column(column, sweep.clone());
+        let whole_ms = median(|| {
+            black_box(simulate(&model, &recording)?);
+            Ok(())
+        })?;
+        println!("{name}: whole record, median of {REPEATS}: {whole_ms:.1} ms");
+        if name != "force" {
+            let mut plant = PrescribedBase::new(&model, RATE_HZ, 0.0)?;
+            let stepped_ms = median(|| {
+                for &setpoint_m in &sweep {
+                    black_box(plant.step(setpoint_m));
+                }
+                Ok(())
+            })?;
+            println!("{name}: tick by tick, median of {REPEATS}: {stepped_ms:.1} ms");
+        }
+    }
+    Ok(())
+}
+
+fn median(mut run: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<f64, Box<dyn Error>> {
+    let mut times_ms = Vec::new();
+    for _ in 0..REPEATS {
+        let start = Instant::now();
+        run()?;
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    times_ms.sort_by(f64::total_cmp);
+    Ok(times_ms[REPEATS / 2])
+}

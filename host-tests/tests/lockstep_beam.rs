@@ -66,7 +66,7 @@ fn two_modes(shaper: &'static str) -> [(Ringing, &'static str); 2] {
 fn at_the_design_point_two_mode_shapers_leave_nothing() {
     for shaper in ["zv", "zvd", "zvdd"] {
         let left = percentage_vibration(&two_modes(shaper), DESIGN);
-        println!("two-mode {shaper} at the design point: {:.5} % and {:.5} %", left[0], left[1]);
+        println!("two-mode {shaper} at the design point: {:.1e} % and {:.1e} %", left[0], left[1]);
         // The goal is 0.05 %; what is left is the rounding of setpoints to nanometres.
         assert!(left.iter().all(|percent| *percent < 0.001), "{shaper}: {left:?} %");
     }

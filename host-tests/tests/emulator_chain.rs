@@ -1,0 +1,189 @@
+//! The unmodified release image on an emulated board, spoken to over its serial port with the command line's own
+//! serial code: what a person would do, from two modes to a still beam.
+//!
+//! The image is named by STILLBEAM_IMAGE; `cargo xtask test` builds it and sets the variable.
+
+use std::path::{Path, PathBuf};
+
+use stillbeam::board::serial::SerialBoard;
+use stillbeam::board::{BoardError, Session, StreamedMotion};
+use stillbeam_host_tests::bench::Bench;
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
+use stillbeam_plant::modes::clamped_modes;
+use stillbeam_plant::{Mode, Model, PrescribedBase, ResidualVibration};
+
+const TICK_RATE_HZ: f64 = 4000.0;
+
+/// Slow enough that the emulated core can send a line of text per tick: 21 000 instructions each.
+const EVERY_TICK_SHIFT: u8 = 0;
+
+fn image() -> Option<PathBuf> {
+    let image = std::env::var_os("STILLBEAM_IMAGE").map(PathBuf::from);
+    if image.is_none() {
+        println!("not run: no firmware image; `cargo xtask test` builds one and sets STILLBEAM_IMAGE");
+    }
+    image
+}
+
+fn boot(image: &Path, shift: u8) -> (Emulator, Session) {
+    let options = EmulatorOptions { shift, ..EmulatorOptions::default() };
+    let emulator = Emulator::boot(image, &options).expect("the image boots");
+    let path = emulator.serial_port().to_str().expect("a readable path").to_owned();
+    let port = SerialBoard::open(&path).expect("the port opens");
+    let session = Session::start(Box::new(port)).expect("the console answers");
+    (emulator, session)
+}
+
+/// The beam that the shapers are for: the modes of the paper's testbed.
+fn beam_modes() -> Vec<Mode> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models/paper_beam.toml");
+    let Model::BeamOnBase(model) = Model::read(&path).expect("the model file is read") else {
+        panic!("the paper's testbed is a beam on a base");
+    };
+    clamped_modes(&model).expect("modes").iter().map(|mode| mode.to_mode()).collect()
+}
+
+fn shaper_settings(modes: &[Mode], shaper: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (number, mode) in modes.iter().enumerate() {
+        let number = number + 1;
+        lines.push(format!("set mode{number}.frequency_hz {}", mode.frequency_hz));
+        lines.push(format!("set mode{number}.damping_ratio {}", mode.damping_ratio));
+        lines.push(format!("set mode{number}.type {shaper}"));
+    }
+    lines.push("apply".to_owned());
+    lines
+}
+
+/// Command and setpoint of every tick of a motion under std, from the tick before it on, in nanometres.
+fn under_std(settings: &[String], motion: &str) -> Vec<(i32, i32)> {
+    let mut bench = Bench::new();
+    for line in settings {
+        bench.accept(line);
+    }
+    bench.run_to_rest();
+    bench.accept("stream on 1");
+    bench.samples();
+    bench.tick();
+    bench.accept(motion);
+    let mut pairs = Vec::new();
+    loop {
+        pairs.extend(bench.samples().iter().map(|sample| (sample.command.0, sample.setpoint.0)));
+        if bench.activity() == stillbeam_firmware::telemetry::Activity::Rest {
+            return pairs;
+        }
+        bench.tick();
+    }
+}
+
+/// The same of the board's samples; `start` is the last sample before the command changes.
+fn of_board(motion: &StreamedMotion) -> Vec<(i32, i32)> {
+    motion.samples[motion.start..].iter().map(|sample| (sample.command.0, sample.setpoint.0)).collect()
+}
+
+#[test]
+fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EVERY_TICK_SHIFT);
+    let modes = beam_modes();
+    let unshaped = under_std(&[], "move 50");
+    for shaper in ["zv", "zvd", "zvdd"] {
+        let settings = shaper_settings(&modes, shaper);
+        let mut applied = String::new();
+        for line in &settings {
+            applied = session.command_when_ready(line).expect(line).ok_line;
+        }
+        let mut bench = Bench::new();
+        let mut expected = String::new();
+        for line in &settings {
+            expected = bench.accept(line);
+        }
+        assert_eq!(applied, expected, "the board runs the table that the host computes");
+
+        let motion = session.run_motion("move 50", 1, 0.0, &mut |_| {}).expect("the move is streamed");
+        let (board, host) = (of_board(&motion), under_std(&settings, "move 50"));
+        assert!(host.len() > 1000 && board.len() >= host.len());
+        assert_eq!(&board[..host.len()], host, "{shaper}: setpoints of the image and of the host");
+        assert!(board[host.len()..].iter().all(|pair| *pair == (50_000_000, 50_000_000)));
+
+        let left = percentage_vibration(&modes, &board, &unshaped);
+        println!("{shaper} on the image: {:.1e} % and {:.1e} %", left[0], left[1]);
+        assert!(left.iter().all(|percent| *percent < 0.05), "{shaper}: {left:?} %");
+        session.run_motion("move 0", 4, 0.0, &mut |_| {}).expect("and back");
+    }
+}
+
+fn percentage_vibration(modes: &[Mode], shaped: &[(i32, i32)], unshaped: &[(i32, i32)]) -> Vec<f64> {
+    let residual = |pairs: &[(i32, i32)]| {
+        let setpoints_m: Vec<f64> =
+            pairs.iter().map(|(_, setpoint_nm)| f64::from(*setpoint_nm) * 1e-9).collect();
+        let plant = PrescribedBase::from_modes(modes.to_vec(), None, TICK_RATE_HZ, 0.0).expect("a plant");
+        ResidualVibration::after(plant, &setpoints_m).expect("a residual")
+    };
+    residual(shaped).relative_to(&residual(unshaped)).modes_pct
+}
+
+/// Sines in single precision, tapers and phases: the parts that could differ between processors.
+#[test]
+fn sweeps_and_stops_are_those_of_the_host_bit_for_bit() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EVERY_TICK_SHIFT);
+    for motion in ["sweep exponential 0.5 40 2 0.05", "sweep linear 20 1 1.5 0.2", "move -33.3"] {
+        let streamed = session.run_motion(motion, 1, 0.0, &mut |_| {}).expect("streamed");
+        let (board, host) = (of_board(&streamed), under_std(&[], motion));
+        assert!(host.len() > 100 && board.len() >= host.len());
+        assert_eq!(&board[..host.len()], host, "{motion}");
+    }
+}
+
+#[test]
+fn refusals_come_over_the_wire_and_change_nothing() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EmulatorOptions::default().shift);
+    let before = session.command("get").expect("get").lines;
+    for (line, code, name) in [
+        ("set mode1.frequency_hz 0", "range", "mode1.frequency_hz"),
+        ("set mode1.damping_ratio 1", "range", "mode1.damping_ratio"),
+        ("set mode1.type boxcar", "syntax", "mode1.type"),
+        ("set mode9.type zv", "unknown-name", "mode9.type"),
+        ("move 1e6", "range", "move"),
+        ("jump", "unknown-command", "jump"),
+    ] {
+        match session.command(line) {
+            Err(BoardError::Refused { code: found_code, name: found_name, .. }) => {
+                assert_eq!((found_code.as_str(), found_name.as_str()), (code, name), "{line}");
+            }
+            answer => panic!("{line}: {answer:?}"),
+        }
+    }
+    assert_eq!(session.command("get").expect("get").lines, before);
+
+    for line in ["set mode1.frequency_hz 0.05", "set mode1.type zvd"] {
+        session.command(line).expect(line);
+    }
+    let Err(BoardError::Refused { code, name, .. }) = session.command("apply") else {
+        panic!("a delay longer than the memory was accepted");
+    };
+    assert_eq!((code.as_str(), name.as_str()), ("memory", "shaper"));
+    assert_eq!(session.command("info").expect("info").line("shaper_modes"), Some("0"));
+}
+
+#[test]
+fn a_table_changed_in_the_middle_of_a_move_neither_jumps_nor_misses() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EmulatorOptions::default().shift);
+    for line in shaper_settings(&beam_modes(), "zvdd") {
+        session.command_when_ready(&line).expect("accepted");
+    }
+    for line in ["set move.velocity_mm_s 20", "apply"] {
+        session.command_when_ready(line).expect("accepted");
+    }
+    session.command_when_ready("move 50").expect("accepted");
+    session.command("shaper off").expect("taken while moving");
+    assert_eq!(session.command("status").expect("status").line("state"), Some("moving"));
+    session.command_when_ready("shaper on").expect("taken when the first has run out");
+    let position_nm = session.wait_for_rest(std::time::Duration::from_secs(60)).expect("comes to rest");
+    assert_eq!(position_nm, 50_000_000);
+    let status = session.command("status").expect("status");
+    assert_eq!(status.line("setpoint_nm"), Some("50000000"));
+}

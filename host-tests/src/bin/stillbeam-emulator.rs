@@ -78,6 +78,13 @@ fn run(image: &std::path::Path, options: &EmulatorOptions) -> Result<(), Box<dyn
         let _ = end.send(());
     });
     let emulator = Emulator::boot(image, options)?;
+    let report = emulator.boot_report();
+    eprintln!(
+        "stillbeam-emulator: QEMU {}, start-up in {} ms with {} covered accesses",
+        emulator.version(),
+        report.duration.as_millis(),
+        report.served_accesses
+    );
     println!("serial {}", emulator.serial_port().display());
     std::io::stdout().flush()?;
     // Either thread's word ends it; an error means both are gone.

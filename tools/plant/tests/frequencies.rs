@@ -244,3 +244,35 @@ fn rayleigh_damping_gives_the_ratios_of_equation_22() {
         assert_close("zeta", mode.damping_ratio, expected, 1e-12);
     }
 }
+
+#[test]
+fn a_free_base_keeps_the_beams_own_damping_and_adds_its_friction() {
+    let mut model = paper_beam();
+    // Beam: on a heavy base the coupled ratios are the clamped ones.
+    model.base_mass_kg = 1e6;
+    let flexible = coupled_modes(&model).unwrap().flexible();
+    for ((_, found), expected) in flexible.iter().zip([0.0074, 0.0033]) {
+        assert_close("zeta", *found, expected, 1e-5);
+    }
+    // On a light one the work per cycle tells: stiffness-proportional damping alpha2 gives
+    // zeta = alpha2 omega / 2 at the coupled frequency, whatever the shape (C = alpha2 K).
+    model.base_mass_kg = 0.3;
+    model.beam.damping = stillbeam_plant::BeamDamping::Rayleigh([0.0, 1e-3]);
+    let coupled = coupled_modes(&model).unwrap();
+    for ((_, found), omega) in coupled.flexible().iter().zip(&coupled.omega_rad_s[1..]) {
+        assert_close("zeta", *found, 0.5e-3 * omega, 1e-9);
+    }
+    // Base: friction acts on all that moves, c / J on the rigid translation.
+    model.beam.damping = stillbeam_plant::BeamDamping::Rayleigh([0.0, 0.0]);
+    model.base_viscous_n_s_m = 2.0;
+    let coupled = coupled_modes(&model).unwrap();
+    let total_kg = 1.0 / coupled.base[0].powi(2);
+    assert_close("rigid", coupled.damping_per_s[(0, 0)], 2.0 / total_kg, 1e-12);
+    for row in 0..3 {
+        for column in 0..3 {
+            let expected = 2.0 * coupled.base[row] * coupled.base[column];
+            let found = coupled.damping_per_s[(row, column)];
+            assert!((found - expected).abs() < 1e-12 * total_kg, "{row} {column}");
+        }
+    }
+}

@@ -116,3 +116,23 @@ fn unusable_input_is_refused_by_name() {
         assert!(matches!(PrescribedBase::new(&model, rate_hz, 0.0), Err(PlantError::Rate { .. })));
     }
 }
+
+#[test]
+fn resampling_at_the_inputs_own_rate_keeps_every_row() {
+    let model = Model::BeamOnBase(paper_beam());
+    for rate_hz in [7.0, 10.0, 100.0] {
+        for count in 4..120 {
+            let time_s = ticks(count, rate_hz);
+            let samples = smooth_move(&time_s, 0.3);
+            let recording = Recording::new("m", time_s).with_column("setpoint_m", samples);
+            let options = SimulateOptions { output_rate_hz: Some(rate_hz), ..SimulateOptions::default() };
+            let same = simulate_with(&model, &recording, &options).unwrap();
+            assert_eq!(same.len(), count, "{rate_hz} Hz");
+            let direct = simulate(&model, &recording).unwrap();
+            for column in ["time_s", "setpoint_m", "tip_deflection_m"] {
+                let (same, direct) = (same.column(column), direct.column(column));
+                assert!(worst(same.unwrap(), direct.unwrap()) < 1e-12);
+            }
+        }
+    }
+}

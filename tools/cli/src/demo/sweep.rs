@@ -1,0 +1,59 @@
+//! The sweep: on the board, within its limits.
+
+use stillbeam_firmware::motion::{SweepKind, SweepSpec};
+
+use super::board_setup::{apply_shapers, decimation, go_to_zero, setting};
+use crate::board::{Session, StreamedMotion};
+use crate::error::CliError;
+
+/// The paper's exponential sweep, 0.1 to 8 Hz (section 5.1), over 80 s.
+const SWEEP: SweepSpec =
+    SweepSpec { kind: SweepKind::Exponential, from_hz: 0.1, to_hz: 8.0, duration_s: 80.0, amplitude_mm: 1.0 };
+
+/// Share of the velocity and acceleration limits that the sweep may use.
+const SHARE_OF_LIMITS: f64 = 0.8;
+
+/// How long the beam is recorded after the sweep, seconds: its free decay sharpens the damping.
+const AFTER_S: f64 = 5.0;
+
+/// Streamed samples per second.
+pub const STREAM_HZ: f64 = 1000.0;
+
+/// Seed of the camera's noise during the sweep.
+pub const CAMERA_SEED: u64 = 1;
+
+/// Sweeps with no shaper, and returns the command and every streamed setpoint. `progress` is told each new
+/// tenth, from 0 to 1.
+///
+/// # Errors
+/// [`CliError::Board`].
+pub fn run(
+    session: &mut Session,
+    progress: &mut dyn FnMut(f64),
+) -> Result<(String, StreamedMotion), CliError> {
+    session.command_when_ready("shaper on")?;
+    apply_shapers(session, &[])?;
+    go_to_zero(session)?;
+    let omega = std::f64::consts::TAU * SWEEP.to_hz;
+    let velocity_mm_s = SHARE_OF_LIMITS * setting(session, "move.velocity_mm_s")?;
+    let acceleration_mm_s2 = SHARE_OF_LIMITS * setting(session, "move.acceleration_mm_s2")?;
+    let amplitude_mm =
+        SWEEP.amplitude_mm.min(velocity_mm_s / omega).min(acceleration_mm_s2 / (omega * omega));
+    let SweepSpec { from_hz, to_hz, duration_s, .. } = SWEEP;
+    let command = format!("sweep exponential {from_hz} {to_hz} {duration_s} {amplitude_mm:.6}");
+    let decimation = decimation(session.tick_hz()?, STREAM_HZ);
+    let mut tenths = tenths(progress);
+    let motion = session.run_motion(&command, decimation, AFTER_S, &mut tenths)?;
+    Ok((command, motion))
+}
+
+/// Passes on only the first call of every tenth.
+fn tenths(progress: &mut dyn FnMut(f64)) -> impl FnMut(f64) {
+    let mut next = 0.0;
+    move |done| {
+        if done >= next {
+            progress(done);
+            next = ((10.0 * done).floor() + 1.0) / 10.0;
+        }
+    }
+}

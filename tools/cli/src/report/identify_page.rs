@@ -1,0 +1,85 @@
+//! The report of `identify`.
+
+use maud::{Markup, html};
+use stillbeam_identify::{Estimate, IdentifiedModes};
+
+use super::frequency_response;
+use super::page::{figure, page, warnings};
+use super::plot::{Chart, Series, Style};
+
+/// The page for one or more recordings.
+pub fn identify_page(results: &[IdentifiedModes]) -> String {
+    let body = html! {
+        h1 { "Identified modes" }
+        @for modes in results {
+            h2 { (modes.recording) }
+            p {
+                @match &modes.input {
+                    Some(input) => { "Forced record: output " code { (modes.output) } ", input " code { (input) } "." },
+                    None => { "Free decay of " code { (modes.output) } "." },
+                }
+                " Fitted from " (format!("{:.3}", modes.window_s[0])) " s to " (format!("{:.3}", modes.window_s[1]))
+                " s; what is left has an rms of " (format!("{:.3e}", modes.residual_rms)) " in the output's unit."
+            }
+            (mode_table(modes))
+            (warnings(modes.warnings.iter().map(|warning| warning.message.as_str())))
+            @for chart in charts(modes) { (figure(&chart, "")) }
+        }
+    };
+    page("Identified modes", &body)
+}
+
+/// Frequencies and damping ratios with their standard errors.
+pub fn mode_table(modes: &IdentifiedModes) -> Markup {
+    html! {
+        table {
+            thead { tr {
+                th { "mode" } th { "frequency (Hz)" } th { "± (Hz)" } th { "damping ratio" } th { "±" }
+                th { "largest amplitude" } th { "participation" }
+            } }
+            tbody {
+                @for (number, mode) in (1..).zip(&modes.modes) {
+                    tr {
+                        td { (number) }
+                        td { (format!("{:.5}", mode.frequency_hz.value)) }
+                        td { (format!("{:.1e}", mode.frequency_hz.stderr)) }
+                        td { (format!("{:.6}", mode.damping_ratio.value)) }
+                        td { (format!("{:.1e}", mode.damping_ratio.stderr)) }
+                        td { (format!("{:.3e}", mode.amplitude.value)) }
+                        td { (mode.participation.map_or("–".to_owned(), |Estimate { value, .. }| format!("{value:.4}"))) }
+                    }
+                }
+            }
+        }
+        p.muted { "± is one standard error, robust to coloured residuals." }
+    }
+}
+
+/// Fit in time, and response or spectrum.
+pub fn charts(modes: &IdentifiedModes) -> Vec<Chart> {
+    let fit = &modes.fit;
+    let pairs = |values: &[f64]| fit.time_s.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
+    let mut charts = Vec::new();
+    if !fit.time_s.is_empty() {
+        let left = fit.measured.iter().zip(&fit.fitted).map(|(measured, fitted)| measured - fitted);
+        let left: Vec<f64> = left.collect();
+        charts.push(
+            Chart::new("Recorded output and fit", "time (s)", modes.output.clone())
+                .with(Series::line("recorded", pairs(&fit.measured)).styled(Style::Reference))
+                .with(Series::line("fitted", pairs(&fit.fitted)))
+                .with(Series::line("recorded minus fitted", pairs(&left))),
+        );
+    }
+    charts.extend(frequency_response::chart(modes));
+    if let Some(spectrum) = &modes.spectrum {
+        let points = spectrum.frequency_hz.iter().copied().zip(spectrum.density.iter().copied());
+        let mut chart = Chart::new("Spectrum of the decay", "frequency (Hz)", "power density (unit²/Hz)")
+            .with(Series::line("spectrum", points.collect()));
+        chart.log_y = true;
+        for mode in &modes.modes {
+            chart.marks.push((mode.frequency_hz.value, format!("{:.4} Hz", mode.frequency_hz.value)));
+        }
+        charts.push(chart);
+    }
+    charts
+}

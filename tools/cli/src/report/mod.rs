@@ -1,0 +1,9 @@
+//! Reports: self-contained HTML pages with inline plots.
+
+pub mod demo_page;
+pub mod frequency_response;
+pub mod identify_page;
+pub mod page;
+pub mod plot;
+pub mod shape_page;
+mod ticks;

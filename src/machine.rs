@@ -9,8 +9,8 @@ use crate::shaper::{Cascade, ShaperTable};
 use crate::telemetry::{Sample, Status};
 
 /// Samples of history that one table may use. Two histories, one live and one for the next table, take
-/// 112 KiB of the 128 KiB of main memory. At 4 kHz a table may last 3.58 s in total.
-pub const HISTORY_SAMPLES: usize = 14_336;
+/// 108 KiB of the 128 KiB of main memory. At 4 kHz a table may last 3.45 s in total.
+pub const HISTORY_SAMPLES: usize = 13_824;
 
 /// Samples that wait for the serial port: 64 ms at 4 kHz when every tick is streamed.
 const SAMPLE_QUEUE: usize = 256;

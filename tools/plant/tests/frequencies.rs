@@ -276,3 +276,31 @@ fn a_free_base_keeps_the_beams_own_damping_and_adds_its_friction() {
         }
     }
 }
+
+#[test]
+fn under_a_force_the_tip_follows_the_base_as_it_does_when_the_base_is_moved() {
+    // Two roads to tip / base at a frequency: the receptances of the coupled modes (eq. 27), and the clamped
+    // modes under the base's acceleration. They share the beam and nothing of the coupling.
+    let mut model = paper_beam();
+    model.beam.modes = 8;
+    model.beam.damping = stillbeam_plant::BeamDamping::Rayleigh([0.0, 0.0]);
+    for base_kg in [0.1, 2.5, 50.0] {
+        model.base_mass_kg = base_kg;
+        let (clamped, coupled) = (clamped_modes(&model).unwrap(), coupled_modes(&model).unwrap());
+        for frequency_hz in [0.1, 0.7, 2.0, 4.0, 9.0] {
+            let square = (TAU * frequency_hz).powi(2);
+            let receptance = |shape: &[f64]| -> f64 {
+                let modes = shape.iter().zip(&coupled.base).zip(&coupled.omega_rad_s);
+                modes.map(|((shape, base), omega)| shape * base / (omega * omega - square)).sum()
+            };
+            let found = receptance(&coupled.tip_deflection) / receptance(&coupled.base);
+            let modes = clamped.iter();
+            let expected: f64 = modes
+                .map(|mode| mode.tip_participation() * square / (mode.omega_rad_s.powi(2) - square))
+                .sum();
+            let what = format!("{base_kg} kg, {frequency_hz} Hz");
+            // Eight modes each; what the rest would add differs.
+            assert_close(&what, found, expected, 1e-3);
+        }
+    }
+}

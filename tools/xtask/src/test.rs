@@ -25,6 +25,10 @@ pub fn test() -> Result<ExitCode, Failure> {
         lint.args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]);
         run(&mut lint)
     });
+    if let Some(compiler) = compiler {
+        outcome.step("lints of the board", || firmware::lint(compiler));
+        outcome.step("logging image", || firmware::build_with_log(compiler));
+    }
     let image = compiler.and_then(|compiler| outcome.step("firmware image", || firmware::build(compiler)));
     if let Some(image) = &image {
         outcome.step("image size", || {

@@ -27,8 +27,8 @@ const EVEN: f64 = 0.05;
 
 /// Samples per sample that the band's width calls for, where the course of the decay is read off.
 const FINE: usize = 4;
-/// Half of a mode's own band, in half half-power bandwidths (zeta f): eight samples per decay time.
-const WIDTHS: f64 = 25.0;
+/// Half of a mode's own band, in half half-power bandwidths (zeta f): a dozen samples per decay time.
+const WIDTHS: f64 = 40.0;
 /// Share of its band's energy that a single decaying oscillation must explain to be taken for a mode.
 const EXPLAINED: f64 = 0.7;
 
@@ -79,6 +79,11 @@ pub(crate) struct Part {
 }
 
 impl Part {
+    /// A mode that is the only one.
+    pub(crate) fn alone(pole: Pole, half_width_hz: f64) -> Self {
+        Self { pole, half_width_hz, energy: 1.0 }
+    }
+
     fn is_left_by(&self, known: &Self) -> bool {
         let apart = (self.pole.frequency_hz - known.pole.frequency_hz).abs();
         apart < LEFTOVER.0 * known.pole.frequency_hz && self.energy < LEFTOVER.1 * known.energy
@@ -103,10 +108,9 @@ pub(crate) fn find_parts(uniform: &Uniform, requested: Option<usize>) -> Vec<Par
         let whole = WholeSpectrum::new(&left, uniform.interval_s);
         let before = parts.len();
         for &frequency_hz in &fresh {
-                        let found = part_at(&whole, frequency_hz, &all, uniform);
+            let found = part_at(&whole, frequency_hz, &all, uniform);
             let is_new = |part: &Part| !parts[..before].iter().any(|known| part.is_left_by(known));
             parts.extend(found.filter(is_new));
-
         }
         if parts.len() == before {
             break;
@@ -134,7 +138,7 @@ fn standing_peaks(density: &[f64], largest: f64, uniform: &Uniform, known: &[Par
                     .max(0.01 * pole.frequency_hz);
                 (pole.frequency_hz - frequency_hz).abs() > own
             });
-                        clear
+            clear
                 && prominence(density, k) > PROMINENCE
                 && density[k] > ABOVE_FLOOR * local_median(density, k, reach)
                 && density[k] > SHARE_OF_LARGEST * largest

@@ -28,8 +28,8 @@ const CANDIDATES: usize = 6;
 const EXCITED: f64 = 1e-4;
 /// The damping that the scan assumes: wide enough a basin that a coarse grid of frequencies finds it.
 const SCAN_DAMPING: f64 = 0.02;
-/// Dampings that the search starts from.
-const START_DAMPINGS: [f64; 3] = [0.003, 0.02, 0.1];
+/// Dampings of which the best one becomes the second start.
+const START_DAMPINGS: [f64; 5] = [0.001, 0.003, 0.008, 0.05, 0.15];
 
 impl Spectral {
     pub(crate) fn new(record: &ForcedRecord) -> Self {
@@ -116,7 +116,7 @@ impl Spectral {
     }
 }
 
-/// Starting poles for one more mode, best frequency first found by scanning, with several dampings.
+/// Two starting poles for one more mode: the best of the scan, and the same with the best other damping.
 pub(crate) fn start_mode(
     model: &ForcedModel,
     known: &[Pole],
@@ -132,33 +132,39 @@ pub(crate) fn start_mode(
             basis.push(column);
         }
     }
-    let bin = spectral.bin_hz();
-    let mut best: Option<(f64, f64)> = None;
-    for candidate in candidates(residuals, record, spectral) {
-        let centre = spectral.spectra.frequency_hz[candidate];
-        let step = (0.5 * SCAN_DAMPING * centre).max(0.5 / record.duration_s());
-        let half = (1.5 * bin / step).ceil() as i32;
-        for offset in -half..=half {
-            let frequency_hz = centre + f64::from(offset) * step;
-            if frequency_hz <= 0.0 || frequency_hz >= spectral.nyquist_hz() {
-                continue;
-            }
-            let pole = Pole { frequency_hz, damping_ratio: SCAN_DAMPING };
-            let mut wider = basis.clone();
-            for column in model.mode_columns(pole, &record.time_s) {
-                wider.push(column);
-            }
-            let mut left = residuals.to_vec();
-            wider.remove_from(&mut left);
-            let sum = dot(&left, &left);
-            if best.is_none_or(|(least, _)| sum < least) {
-                best = Some((sum, frequency_hz));
-            }
-        }
-    }
-    let starts = best
-        .map(|(_, frequency_hz)| START_DAMPINGS.map(|damping_ratio| Pole { frequency_hz, damping_ratio }));
-    starts.into_iter().flatten().collect()
+    let sum_with = |pole: Pole| {
+        // The residuals are free of what is fitted already; the new columns must be too.
+        let mut columns = model.mode_columns(pole, &record.time_s);
+        basis.remove_from_all(&mut columns);
+        let mut own = Orthonormal::default();
+        columns.into_iter().for_each(|column| own.push(column));
+        let mut left = residuals.to_vec();
+        own.remove_from(&mut left);
+        dot(&left, &left)
+    };
+    let best_of = |poles: Vec<Pole>| {
+        let sums = poles.into_iter().map(|pole| (sum_with(pole), pole));
+        sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pole)| pole)
+    };
+    let frequencies = candidates(residuals, record, spectral)
+        .into_iter()
+        .flat_map(|bin| around(spectral.spectra.frequency_hz[bin], record, spectral));
+    let scan = frequencies.map(|frequency_hz| Pole { frequency_hz, damping_ratio: SCAN_DAMPING });
+    let Some(first) = best_of(scan.collect()) else {
+        return Vec::new();
+    };
+    let others = START_DAMPINGS.map(|damping_ratio| Pole { damping_ratio, ..first });
+    std::iter::once(first).chain(best_of(others.to_vec())).collect()
+}
+
+/// Frequencies to try around a peak of the spectrum, as dense as the scan's damping asks for.
+fn around(centre_hz: f64, record: &ForcedRecord, spectral: &Spectral) -> impl Iterator<Item = f64> {
+    let step = (0.5 * SCAN_DAMPING * centre_hz).max(0.5 / record.duration_s());
+    let half = (1.5 * spectral.bin_hz() / step).ceil() as i32;
+    let nyquist_hz = spectral.nyquist_hz();
+    (-half..=half)
+        .map(move |offset| centre_hz + f64::from(offset) * step)
+        .filter(move |f| *f > 0.0 && *f < nyquist_hz)
 }
 
 /// Bins at which the residual responds most to the input: by response and by coherent output.

@@ -1,19 +1,22 @@
 //! Modes from a free decay: a sum of damped sinusoids, fitted to the record from its peak on.
 
+use nalgebra::DMatrix;
 use stillbeam_recording::Recording;
 
+use crate::decay_model::{DecayModel, heavily_damped};
 use crate::decay_modes::{Part, Uniform, decay_part, find_parts};
 use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, present, refuse_constant};
 use crate::levenberg_marquardt::{Minimum, Parameter};
-use crate::modal_response::{Pole, free_response};
+use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, SCHEMA_VERSION,
 };
-use crate::separable::{Projected, Separable, fit, fit_covariance};
+use crate::separable::{Projected, fit, fit_covariance};
 use crate::signal_checks::clipping;
-use crate::sweep_fit::{MIN_DAMPING, check_modes, disagreement, fit_warnings, pole, pole_parameters};
+use crate::sweep_fit::{MIN_DAMPING, check_modes, pole, pole_parameters};
+use crate::sweep_report::{disagreement, fit_warnings};
 use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Choices of [`identify_free_decay`].
@@ -53,24 +56,32 @@ pub fn identify_free_decay(
     let record = DecayRecord::new(recording, options)?;
     let uniform = Uniform::new(&record.time_s, &record.output);
     let mut parts = find_parts(&uniform, options.modes);
-    let minimum = loop {
+    if parts.is_empty() {
+        let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
+        parts.extend(heavily_damped(&record.time_s, &record.output, &whole));
+    }
+    let mut range = search_range(&parts);
+    loop {
         refuse_too_few(&record, options.modes, &parts)?;
-        let model = DecayModel { record: &record, modes: parts.len() };
-        let minimum = fit(&model, &search_range(&parts)).ok_or_else(|| IdentifyError::NotComputable {
+        let model = DecayModel { time_s: &record.time_s, output: &record.output, modes: parts.len() };
+        let minimum = fit(&model, &range).ok_or_else(|| IdentifyError::NotComputable {
             recording: record.name.clone(),
             column: record.column.clone(),
         })?;
-        
+        let covariance = fit_covariance(&model, &minimum);
         // What the whole record does not bear out was a leftover of a neighbour: fit again without it.
-        let borne_out = borne_out(&model, &minimum, &parts);
-        if borne_out.iter().all(|kept| *kept) {
-            break minimum;
+        let kept = borne_out(&minimum, covariance.as_ref(), &range, record.duration_s());
+        if kept.iter().all(|kept| *kept) {
+            return Ok(report(&record, &minimum, covariance.as_ref(), &parts, &uniform));
         }
-        let mut kept = borne_out.into_iter();
-        parts.retain(|_| kept.next().unwrap_or(true));
-    };
-    let model = DecayModel { record: &record, modes: parts.len() };
-    Ok(report(&model, &minimum, &parts, &uniform))
+        for (parameter, found) in range.iter_mut().zip(&minimum.parameters) {
+            parameter.start = *found;
+        }
+        let mut index = 0..;
+        range.retain(|_| index.next().is_none_or(|index: usize| kept[index / 2]));
+        let mut index = 0..;
+        parts.retain(|_| index.next().is_none_or(|index: usize| kept[index]));
+    }
 }
 
 /// How much larger the damping of the whole record may be than that of a mode's band alone.
@@ -89,19 +100,22 @@ fn search_range(parts: &[Part]) -> Vec<Parameter> {
     parts.iter().flat_map(range).collect()
 }
 
-/// Which modes the fit of the whole record determines: inside their band, damping known to better than half.
-fn borne_out(model: &DecayModel, minimum: &Minimum<Projected>, parts: &[Part]) -> Vec<bool> {
-    let covariance = fit_covariance(model, minimum);
-    let range = search_range(parts);
-    (0..parts.len())
+/// Which modes the fit of the whole record determines: inside their range, damping known to better than half.
+fn borne_out(
+    minimum: &Minimum<Projected>,
+    covariance: Option<&DMatrix<f64>>,
+    range: &[Parameter],
+    duration_s: f64,
+) -> Vec<bool> {
+    (0..range.len() / 2)
         .map(|mode| {
             let (frequency, damping) = (2 * mode, 2 * mode + 1);
-            let inside = minimum.parameters[frequency] > range[frequency].lower + 1e-9
-                && minimum.parameters[frequency] < range[frequency].upper - 1e-9
-                && minimum.parameters[damping] < range[damping].upper - 1e-9;
-
-            let tone = pole(&minimum.parameters, mode).decay_time_s() > 10.0 * model.record.duration_s();
-            let relative = covariance.as_ref().map(|c| c[(2 * mode + 1, 2 * mode + 1)].max(0.0).sqrt());
+            let found = &minimum.parameters;
+            let inside = found[frequency] > range[frequency].lower + 1e-9
+                && found[frequency] < range[frequency].upper - 1e-9
+                && found[damping] < range[damping].upper - 1e-9;
+            let tone = pole(found, mode).decay_time_s() > 10.0 * duration_s;
+            let relative = covariance.map(|c| c[(damping, damping)].max(0.0).sqrt());
             inside && (tone || relative.is_none_or(|stderr| stderr < 0.5))
         })
         .collect()
@@ -178,49 +192,19 @@ fn largest_deflection(values: &[f64]) -> usize {
     (0..values.len()).rev().max_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0)
 }
 
-/// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset.
-struct DecayModel<'r> {
-    record: &'r DecayRecord,
-    modes: usize,
-}
-
-impl Separable for DecayModel<'_> {
-    fn target(&self, _: &[f64]) -> Vec<f64> {
-        self.record.output.clone()
-    }
-
-    fn blocks(&self) -> usize {
-        self.modes + 1
-    }
-
-    fn block(&self, block: usize, parameters: &[f64]) -> Vec<Vec<f64>> {
-        let time_s = &self.record.time_s;
-        if block == self.modes {
-            return vec![vec![1.0; time_s.len()]];
-        }
-        free_response(pole(parameters, block), 0.0, time_s).into()
-    }
-
-    fn depends(&self, block: usize, parameter: usize) -> bool {
-        parameter / 2 == block
-    }
-}
-
 fn report(
-    model: &DecayModel,
+    record: &DecayRecord,
     minimum: &Minimum<Projected>,
+    covariance: Option<&DMatrix<f64>>,
     parts: &[Part],
     uniform: &Uniform,
 ) -> IdentifiedModes {
-    let record = model.record;
-    let covariance = fit_covariance(model, minimum);
-    let stderr =
-        |index: usize| covariance.as_ref().map_or(f64::INFINITY, |c| c[(index, index)].max(0.0).sqrt());
+    let stderr = |index: usize| covariance.map_or(f64::INFINITY, |c| c[(index, index)].max(0.0).sqrt());
     let linear = minimum.parameters.len();
     let coefficients = &minimum.point.coefficients;
     let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
     let mut warnings = record.warnings.clone();
-    let mut modes = Vec::with_capacity(model.modes);
+    let mut modes = Vec::with_capacity(parts.len());
     for (mode, part) in parts.iter().enumerate() {
         let pole = pole(&minimum.parameters, mode);
         let (cosine, sine) = (coefficients[2 * mode], coefficients[2 * mode + 1]);
@@ -265,7 +249,7 @@ fn report(
         modes,
         frf: None,
         spectrum: Some(uniform.spectrum.clone()),
-        offset: Estimate { value: coefficients[2 * model.modes], stderr: stderr(linear + 2 * model.modes) },
+        offset: Estimate { value: coefficients[2 * parts.len()], stderr: stderr(linear + 2 * parts.len()) },
         delay_s: None,
         residual_rms: (minimum.sum_of_squares / n as f64).sqrt(),
         window_s: [time_s[0], time_s[n - 1]],

@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::tall::dot;
+use crate::tall::{dot, gram};
 
 /// One parameter of a fit, in the coordinates of the search (logarithms for positive quantities).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,8 +79,8 @@ const STEP_LIMIT: usize = 120;
 /// Cosine of the angle between the residuals and a column, below which they count as orthogonal.
 const GRADIENT_TOLERANCE: f64 = 1e-9;
 const STEP_TOLERANCE: f64 = 1e-12;
-/// Of a million residuals, this share of their squares is a step of a hundredth of a standard error.
-const REDUCTION_TOLERANCE: f64 = 1e-10;
+/// Of a hundred thousand residuals, this share of their squares is a step of a hundredth of a standard error.
+const REDUCTION_TOLERANCE: f64 = 1e-9;
 const LARGEST_DAMPING: f64 = 1e14;
 
 /// Searches for a minimum from the parameters' starts.
@@ -167,14 +167,8 @@ struct Local {
 impl Local {
     fn new(residuals: &[f64], jacobian: &[Vec<f64>]) -> Self {
         let n = jacobian.len();
-        let mut curvature = DMatrix::zeros(n, n);
-        for (i, left) in jacobian.iter().enumerate() {
-            for (j, right) in jacobian.iter().enumerate().take(i + 1) {
-                let product = dot(left, right);
-                curvature[(i, j)] = product;
-                curvature[(j, i)] = product;
-            }
-        }
+        let curvature = gram(jacobian);
+
         let gradient = DVector::from_iterator(n, jacobian.iter().map(|column| dot(column, residuals)));
         Self { curvature, gradient }
     }

@@ -1,4 +1,30 @@
-//! Modes from recordings, with intervals, in the time domain first.
+//! Modes from recordings, with honest intervals, in the time domain first.
+//!
+//! Two experiments are read:
+//! * a **forced record**, such as a sweep of the base: [`identify_forced`] fits the whole time record by
+//!   output error, from a free initial state;
+//! * a **free decay**: [`identify_free_decay`] fits a sum of damped sinusoids from the peak of the ring-down.
+//!
+//! Both choose the number of modes themselves unless told, report standard errors that stay honest when the
+//! noise is coloured, look at every mode a second way, and say in [`Warning`]s what a reader must know. The
+//! result, [`IdentifiedModes`], serialises to the JSON of `stillbeam identify`. Methods based on the frequency
+//! response only start the fits: with damping below 1 % and sweeps shorter than the decay time they
+//! are limited by leakage, not by noise.
+//!
+//! ```
+//! use stillbeam_identify::{FreeDecayOptions, identify_free_decay};
+//! use stillbeam_recording::Recording;
+//! let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+//! let tip = time_s.iter().map(|t| 1e-3 * (-0.1 * t).exp() * (6.9 * t).cos()).collect();
+//! let recording = Recording::new("example", time_s).with_column("tip_deflection_m", tip);
+//! let found = identify_free_decay(&recording, &FreeDecayOptions::new("tip_deflection_m"))?;
+//! let omega = 6.9_f64.hypot(0.1);
+//! assert!((found.modes[0].damping_ratio.value - 0.1 / omega).abs() < 1e-8);
+//! # Ok::<(), stillbeam_identify::IdentifyError>(())
+//! ```
+
+mod comparison;
+mod decay_model;
 mod decay_modes;
 mod error;
 mod forced_record;
@@ -15,14 +41,19 @@ mod separable;
 mod signal_checks;
 mod spectra;
 mod sweep_fit;
+mod sweep_report;
 mod tall;
 mod warnings;
+
+pub use comparison::compare_recordings;
 pub use error::IdentifyError;
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
-pub use result::*;
+pub use result::{
+    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Method, SCHEMA_VERSION, Spectrum,
+};
 pub use sweep_fit::{ForcedOptions, MAX_MODES, identify_forced};
 pub use warnings::{Quantity, Warning, WarningKind};

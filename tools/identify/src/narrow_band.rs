@@ -41,6 +41,13 @@ impl WholeSpectrum {
         Self { bins, samples: signal.len(), interval_s }
     }
 
+    /// Frequency of the largest bin above zero. No window: one would hide a decay that is over at once.
+    pub(crate) fn strongest_hz(&self) -> Option<f64> {
+        let power = |k: &usize| self.bins[*k].norm_sqr();
+        let strongest = (1..self.bins.len() / 2).max_by(|a, b| power(a).total_cmp(&power(b)))?;
+        Some(strongest as f64 * self.bin_hz())
+    }
+
     fn bin_hz(&self) -> f64 {
         1.0 / (self.bins.len() as f64 * self.interval_s)
     }

@@ -7,7 +7,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::tall::dot;
+use crate::tall::{dot, gram};
 
 /// Covariance of the parameters whose Jacobian columns are given; `None` when J'J cannot be inverted or
 /// there are not more residuals than parameters.
@@ -18,11 +18,13 @@ pub(crate) fn covariance(jacobian: &[Vec<f64>], residuals: &[f64]) -> Option<DMa
         return None;
     }
     // Unit columns: participation and frequency differ by many orders of magnitude.
-    let lengths: Vec<f64> = jacobian.iter().map(|column| dot(column, column).sqrt()).collect();
+    let products = gram(jacobian);
+    let lengths: Vec<f64> = products.diagonal().iter().map(|square| square.sqrt()).collect();
+
     if lengths.iter().any(|length| !(length.is_normal() && length.is_finite())) {
         return None;
     }
-    let bread = DMatrix::from_fn(p, p, |i, j| dot(&jacobian[i], &jacobian[j]) / (lengths[i] * lengths[j]));
+    let bread = DMatrix::from_fn(p, p, |i, j| products[(i, j)] / (lengths[i] * lengths[j]));
     let bread = bread.cholesky()?.inverse();
     let middle = score_covariance(jacobian, &lengths, residuals, bandwidth(residuals));
     let correction = n as f64 / (n - p) as f64;

@@ -24,6 +24,16 @@ pub(crate) trait Separable {
     fn block(&self, block: usize, parameters: &[f64]) -> Vec<Vec<f64>>;
     /// Whether a block's columns depend on a parameter.
     fn depends(&self, block: usize, parameter: usize) -> bool;
+    /// Derivatives of a block's columns with respect to a parameter it depends on, where they are had for
+    /// less than by differences.
+    fn block_derivatives(
+        &self,
+        _block: usize,
+        _parameter: usize,
+        _parameters: &[f64],
+    ) -> Option<Vec<Vec<f64>>> {
+        None
+    }
     /// Whether the target depends on a parameter.
     fn target_depends(&self, _parameter: usize) -> bool {
         false
@@ -48,6 +58,11 @@ impl<M: Separable> Projection<'_, M> {
     /// Derivative of the model with respect to one parameter, the coefficients held (minus the target's).
     fn tangent(&self, index: usize, parameters: &[f64], point: &Projected) -> Vec<f64> {
         let mut tangent = vec![0.0; point.residuals.len()];
+        if !self.0.target_depends(index)
+            && let Some(exact) = self.exact_tangent(index, parameters, point)
+        {
+            return exact;
+        }
         for side in [1.0, -1.0] {
             let mut moved = parameters.to_vec();
             moved[index] += side * DIFFERENCE;
@@ -67,6 +82,25 @@ impl<M: Separable> Projection<'_, M> {
             }
         }
         tangent
+    }
+}
+
+impl<M: Separable> Projection<'_, M> {
+    /// The tangent by the model's own derivatives, if it has them for every block that depends.
+    fn exact_tangent(&self, index: usize, parameters: &[f64], point: &Projected) -> Option<Vec<f64>> {
+        let mut tangent = vec![0.0; point.residuals.len()];
+        let mut coefficients = point.coefficients.as_slice();
+        for (block, &size) in point.sizes.iter().enumerate() {
+            let (own, rest) = coefficients.split_at(size);
+            coefficients = rest;
+            if self.0.depends(block, index) {
+                let derivatives = self.0.block_derivatives(block, index, parameters)?;
+                for (column, coefficient) in derivatives.iter().zip(own) {
+                    add_scaled(&mut tangent, *coefficient, column);
+                }
+            }
+        }
+        Some(tangent)
     }
 }
 
@@ -97,25 +131,17 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
     }
 
     fn jacobian(&self, parameters: &[f64], point: &Projected) -> Vec<Vec<f64>> {
-        (0..parameters.len())
-            .map(|index| {
-                let mut tangent = self.tangent(index, parameters, point);
-                point.basis.remove_from(&mut tangent);
-                tangent.iter_mut().for_each(|value| *value = -*value);
-                tangent
-            })
-            .collect()
+        let mut tangents: Vec<Vec<f64>> =
+            (0..parameters.len()).map(|index| self.tangent(index, parameters, point)).collect();
+        point.basis.remove_from_all(&mut tangents);
+        tangents.iter_mut().flatten().for_each(|value| *value = -*value);
+        tangents
     }
 }
 
 /// Fits the model; `None` when it cannot be evaluated at the start.
 pub(crate) fn fit<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<Minimum<Projected>> {
     minimise(&Projection(model), parameters)
-}
-
-/// The sum of squares at given parameters with the best coefficients; infinite where it has no value.
-pub(crate) fn evaluate<M: Separable>(model: &M, parameters: &[f64]) -> Option<Projected> {
-    Projection(model).at(parameters)
 }
 
 /// Robust covariance of the non-linear parameters and then all coefficients.

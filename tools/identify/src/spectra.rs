@@ -158,7 +158,7 @@ pub(crate) fn local_median(values: &[f64], k: usize, reach: usize) -> f64 {
 mod tests {
     use super::*;
 
-        #[test]
+    #[test]
     fn prominence_is_measured_from_the_higher_valley() {
         let values = [9.0, 1.0, 4.0, 2.0, 8.0, 0.5, 3.0];
         assert_eq!(prominence(&values, 2), 2.0);

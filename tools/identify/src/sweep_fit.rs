@@ -15,10 +15,9 @@ use crate::forced_start::{Spectral, start_mode};
 use crate::interpolation::InputInterpolation;
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::{InputKind, OutputQuantity, Pole, forced_response, free_response};
-use crate::result::{Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, SCHEMA_VERSION};
-use crate::separable::{Projected, Separable, fit, fit_covariance};
-use crate::tall::add_scaled;
-use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::result::IdentifiedModes;
+use crate::separable::{Projected, Separable, fit};
+use crate::sweep_report::report;
 
 /// The most modes that are looked for or can be asked for.
 pub const MAX_MODES: usize = 12;
@@ -117,7 +116,7 @@ pub(crate) fn check_modes(modes: Option<usize>) -> Result<(), IdentifyError> {
 pub(crate) struct ForcedModel<'r> {
     pub(crate) record: &'r ForcedRecord,
     pub(crate) modes: usize,
-    max_delay_s: f64,
+    pub(crate) max_delay_s: f64,
 }
 
 /// The parameter vector's logarithms as a pole.
@@ -141,7 +140,7 @@ pub(crate) fn pole_parameters(start: Pole, reach: f64) -> [Parameter; 2] {
 
 impl ForcedModel<'_> {
     /// Input times that belong to the output's stamps.
-    fn input_times(&self, parameters: &[f64]) -> Vec<f64> {
+    pub(crate) fn input_times(&self, parameters: &[f64]) -> Vec<f64> {
         let delay_s = parameters.get(2 * self.modes).copied().unwrap_or(0.0);
         self.record.time_s.iter().map(|t| t - delay_s).collect()
     }
@@ -220,6 +219,10 @@ fn build_up<'r>(
     };
     let mut best = fit(&model, &model.parameters(&[], 0.0)).ok_or_else(not_computable)?;
     for _ in 0..requested.unwrap_or(MAX_MODES) {
+        if is_explained(model.record, &best) {
+            break;
+        }
+
         let known: Vec<Pole> = (0..model.modes).map(|mode| pole(&best.parameters, mode)).collect();
         let delay_s = best.parameters.get(2 * model.modes).copied().unwrap_or(0.0);
         let wider = ForcedModel { modes: model.modes + 1, ..model };
@@ -258,9 +261,18 @@ fn build_up<'r>(
 fn is_better(before: &Minimum<Projected>, after: &Minimum<Projected>) -> bool {
     let n = before.point.residuals.len() as f64;
     let ratio = before.sum_of_squares / after.sum_of_squares.max(f64::MIN_POSITIVE);
-    // Once the residual is rounding, nothing is left to explain.
-    let power: f64 = before.point.residuals.iter().zip(0..).map(|(r, _): (&f64, usize)| r * r).sum();
-    power > 0.0 && ratio > 1.0 / 0.95 && n * ratio.ln() > 10.0 + 5.0 * n.ln()
+    ratio > 1.0 / 0.95 && n * ratio.ln() > 10.0 + 5.0 * n.ln()
+}
+
+/// Residuals 80 dB below the output are what interpolating the input between its samples leaves, not modes.
+const EXPLAINED: f64 = 1e-4;
+
+/// Whether there is anything left to explain.
+fn is_explained(record: &ForcedRecord, fitted: &Minimum<Projected>) -> bool {
+    let n = record.output.len() as f64;
+    let mean = record.output.iter().sum::<f64>() / n;
+    let power: f64 = record.output.iter().map(|y| (y - mean).powi(2)).sum();
+    fitted.sum_of_squares <= EXPLAINED * EXPLAINED * power
 }
 
 /// A mode below one period per record or above the output's Nyquist frequency is a trend or an alias.
@@ -271,149 +283,4 @@ fn is_sensible(model: &ForcedModel, found: &Minimum<Projected>, spectral: &Spect
         (slowest..spectral.nyquist_hz()).contains(&pole.frequency_hz)
             && pole.damping_ratio < 0.9 * MAX_DAMPING
     })
-}
-
-fn report(model: &ForcedModel, minimum: &Minimum<Projected>, spectral: &Spectral) -> IdentifiedModes {
-    let record = model.record;
-    let covariance = fit_covariance(model, minimum);
-    let stderr =
-        |index: usize| covariance.as_ref().map_or(f64::INFINITY, |c| c[(index, index)].max(0.0).sqrt());
-    let linear = minimum.parameters.len();
-    let coefficients = &minimum.point.coefficients;
-    let times_s = model.input_times(&minimum.parameters);
-    let mut warnings = record.warnings.clone();
-    let mut fitted: Vec<f64> =
-        record.output.iter().zip(&minimum.point.residuals).map(|(y, r)| y - r).collect();
-
-    let mut modes: Vec<IdentifiedMode> = (0..model.modes)
-        .map(|mode| {
-            let pole = pole(&minimum.parameters, mode);
-            let columns = model.mode_columns(pole, &times_s);
-            let own = &coefficients[3 * mode..3 * mode + 3];
-            let mut contribution = vec![0.0; record.time_s.len()];
-            for (column, factor) in columns.iter().zip(own) {
-                add_scaled(&mut contribution, *factor, column);
-            }
-            let largest = contribution.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
-            let participation = Estimate { value: own[0], stderr: stderr(linear + 3 * mode) };
-            let estimated = IdentifiedMode {
-                frequency_hz: Estimate {
-                    value: pole.frequency_hz,
-                    stderr: pole.frequency_hz * stderr(2 * mode),
-                },
-                damping_ratio: Estimate {
-                    value: pole.damping_ratio,
-                    stderr: pole.damping_ratio * stderr(2 * mode + 1),
-                },
-                method: Method::OutputError,
-                amplitude: Estimate {
-                    value: largest,
-                    stderr: largest * (participation.stderr / participation.value).abs(),
-                },
-                participation: Some(participation),
-                cross_checks: spectral.half_power(pole).into_iter().collect(),
-            };
-            warnings.extend(mode_warnings(&estimated, pole, record, spectral));
-            estimated
-        })
-        .collect();
-    modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
-    warnings.extend(fit_warnings(minimum, covariance.is_some()));
-
-    let delay_s = (model.max_delay_s > 0.0)
-        .then(|| Estimate { value: minimum.parameters[linear - 1], stderr: stderr(linear - 1) });
-    let n = record.time_s.len();
-    let time_s: Vec<f64> = record.time_s.iter().map(|t| t + record.origin_s).collect();
-    fitted.truncate(n);
-    IdentifiedModes {
-        schema_version: SCHEMA_VERSION,
-        recording: record.name.clone(),
-        input: Some(record.input_column.clone()),
-        output: record.output_column.clone(),
-        modes,
-        frf: Some(spectral.frf.clone()),
-        spectrum: None,
-        offset: Estimate { value: coefficients[3 * model.modes], stderr: stderr(linear + 3 * model.modes) },
-        delay_s,
-        residual_rms: (minimum.sum_of_squares / n as f64).sqrt(),
-        window_s: [time_s[0], time_s[n - 1]],
-        stop_reason: minimum.stop_reason,
-        warnings,
-        fit: FitTrace { time_s, measured: record.output.clone(), fitted },
-    }
-}
-
-fn mode_warnings(
-    mode: &IdentifiedMode,
-    pole: Pole,
-    record: &ForcedRecord,
-    spectral: &Spectral,
-) -> Vec<Warning> {
-    let mode_hz = pole.frequency_hz;
-    let mut warnings: Vec<Warning> = Vec::new();
-    let duration_s = record.duration_s();
-    if duration_s < pole.decay_time_s() {
-        warnings.push(
-            WarningKind::RecordShorterThanDecay { mode_hz, duration_s, decay_time_s: pole.decay_time_s() }
-                .into(),
-        );
-    }
-    let limit_hz_s = (2.0 * pole.damping_ratio * mode_hz).powi(2);
-    if let Some(rate_hz_s) = spectral.sweep_rate_at(mode_hz)
-        && rate_hz_s > limit_hz_s
-    {
-        warnings.push(WarningKind::SweepTooFast { mode_hz, rate_hz_s, limit_hz_s }.into());
-    }
-    let [lower_hz, upper_hz] = spectral.excited_band_hz();
-    if !(lower_hz..=upper_hz).contains(&mode_hz) {
-        warnings.push(WarningKind::OutsideExcitedBand { mode_hz, lower_hz, upper_hz }.into());
-    }
-    for check in &mode.cross_checks {
-        warnings.extend(disagreement(mode, check));
-    }
-    if pole.damping_ratio <= MIN_DAMPING * 1.001 {
-        warnings.push(
-            WarningKind::AtBound { mode_hz, quantity: Quantity::DampingRatio, bound: MIN_DAMPING }.into(),
-        );
-    }
-    warnings
-}
-
-/// Warnings for a cross-check more than three standard errors away.
-pub(crate) fn disagreement(mode: &IdentifiedMode, check: &crate::result::CrossCheck) -> Vec<Warning> {
-    let pairs = [
-        (Quantity::FrequencyHz, mode.frequency_hz, check.frequency_hz),
-        (Quantity::DampingRatio, mode.damping_ratio, check.damping_ratio),
-    ];
-    let mut warnings = Vec::new();
-    for (quantity, fitted, other) in pairs {
-        if let Some(other) = other
-            && fitted.distance(&other) > 3.0
-        {
-            warnings.push(
-                WarningKind::CrossCheckDisagrees {
-                    mode_hz: mode.frequency_hz.value,
-                    quantity,
-                    method: check.method.clone(),
-                    fitted: fitted.value,
-                    other: other.value,
-                    stderr: fitted.stderr.hypot(other.stderr),
-                }
-                .into(),
-            );
-        }
-    }
-    warnings
-}
-
-/// Warnings about the search itself.
-pub(crate) fn fit_warnings(minimum: &Minimum<Projected>, has_covariance: bool) -> Vec<Warning> {
-    let mut warnings = Vec::new();
-    if !minimum.stop_reason.converged() {
-        warnings.push(WarningKind::NotConverged { steps: minimum.steps }.into());
-    }
-    if !has_covariance {
-        warnings.push(WarningKind::NoStandardErrors.into());
-    }
-    warnings
 }

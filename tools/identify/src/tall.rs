@@ -1,5 +1,7 @@
 //! Long columns and few of them: inner products and an orthonormal basis that grows column by column.
 
+use nalgebra::DMatrix;
+
 /// Inner product, summed in eight lanes so that the compiler may vectorise it.
 pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -19,6 +21,25 @@ pub(crate) fn add_scaled(target: &mut [f64], factor: f64, column: &[f64]) {
     for (value, c) in target.iter_mut().zip(column) {
         *value += factor * c;
     }
+}
+
+/// Rows of a block: a few dozen columns of them fit the second-level cache.
+const BLOCK_ROWS: usize = 1024;
+
+/// Inner products of all pairs of columns, row by row of the lower triangle.
+pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let rows = columns.first().map_or(0, Vec::len);
+    let mut products = DMatrix::zeros(columns.len(), columns.len());
+    for start in (0..rows).step_by(BLOCK_ROWS) {
+        let block = start..(start + BLOCK_ROWS).min(rows);
+        for (i, left) in columns.iter().enumerate() {
+            for (j, right) in columns.iter().enumerate().take(i + 1) {
+                products[(i, j)] += dot(&left[block.clone()], &right[block.clone()]);
+            }
+        }
+    }
+    products.fill_upper_triangle_with_lower_triangle();
+    products
 }
 
 /// Below this share of its length a column counts as a combination of the columns before it.
@@ -73,6 +94,28 @@ impl Orthonormal {
             components.push(along);
         }
         components
+    }
+
+    /// Takes the part inside the span out of many vectors at once, in blocks of rows that stay in the cache.
+    pub(crate) fn remove_from_all(&self, vectors: &mut [Vec<f64>]) {
+        let rows = vectors.first().map_or(0, Vec::len);
+        let blocks = || (0..rows).step_by(BLOCK_ROWS).map(|start| start..(start + BLOCK_ROWS).min(rows));
+        let directions: Vec<&Vec<f64>> = self.directions.iter().filter(|d| !d.is_empty()).collect();
+        let mut components = vec![vec![0.0; directions.len()]; vectors.len()];
+        for block in blocks() {
+            for (vector, components) in vectors.iter().zip(&mut components) {
+                for (direction, component) in directions.iter().zip(components) {
+                    *component += dot(&direction[block.clone()], &vector[block.clone()]);
+                }
+            }
+        }
+        for block in blocks() {
+            for (vector, components) in vectors.iter_mut().zip(&components) {
+                for (direction, component) in directions.iter().zip(components) {
+                    add_scaled(&mut vector[block.clone()], -component, &direction[block.clone()]);
+                }
+            }
+        }
     }
 
     /// Coefficients of the pushed columns from the components; 0 for dependent columns.

@@ -25,14 +25,14 @@ pub const AMPLITUDE_M: f64 = 1e-3;
 impl Sweep {
     /// Phase, its rate and the rate's rate, for 0.1 to 8 Hz in 80 s.
     fn phase(self, t: f64) -> [f64; 3] {
-        let (low, high) = (0.1, 8.0);
+        let (low, high) = (0.1_f64, 8.0_f64);
         match self {
             Self::Linear => {
                 let rate = (high - low) / DURATION_S;
                 [TAU * (low * t + 0.5 * rate * t * t), TAU * (low + rate * t), TAU * rate]
             }
             Self::Exponential => {
-                let k = (high / low as f64).ln() / DURATION_S;
+                let k = (high / low).ln() / DURATION_S;
                 let grown = low * (k * t).exp();
                 [TAU * (grown - low) / k, TAU * grown, TAU * grown * k]
             }
@@ -138,4 +138,30 @@ pub fn noisy(sweep: Sweep, time_s: &[f64], clean: &[f64], noise_m: f64, seed: u6
     Recording::new("sweep", time_s.to_vec())
         .with_column("base_position_m", time_s.iter().map(|t| sweep.position(*t)).collect())
         .with_column("tip_deflection_m", tip.collect())
+}
+
+/// A free decay from t = 0, amplitudes in `participation`, different phases, plus noise by sample number.
+pub fn ring_down(
+    modes: &[Mode],
+    rate_hz: f64,
+    samples: usize,
+    offset: f64,
+    noise: impl Fn(usize) -> f64,
+) -> Recording {
+    let time_s: Vec<f64> = (0..samples).map(|k| k as f64 / rate_hz).collect();
+    let tip = time_s.iter().enumerate().map(|(k, t)| {
+        let sum: f64 = modes
+            .iter()
+            .zip(0..)
+            .map(|(mode, index)| {
+                let w = TAU * mode.frequency_hz;
+                let damped = w * (1.0 - mode.damping_ratio.powi(2)).sqrt();
+                let phase = 0.4 * f64::from(index);
+                mode.participation * (-mode.damping_ratio * w * t).exp() * (damped * t + phase).cos()
+            })
+            .sum();
+        sum + offset + noise(k)
+    });
+    let tip = tip.collect();
+    Recording::new("decay", time_s).with_column("tip_deflection_m", tip)
 }

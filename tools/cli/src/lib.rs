@@ -1,8 +1,25 @@
 //! What the `stillbeam` command does, as a library.
+//!
+//! | sentence | module |
+//! |---|---|
+//! | arguments become work, one file per subcommand | [`commands`] |
+//! | a board is anything that speaks the console protocol over bytes | [`board`] |
+//! | the main job, from a sweep to a still beam | [`demo`] |
+//! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
+//! | a move of the base, simulated and judged | [`base_move`] |
+//! | which columns, and the files that modes go into | [`identification`] |
+//! | results become self-contained HTML pages | [`report`] |
+//!
+//! Nothing here prints, exits or panics on bad input: text goes to [`streams::Streams`], failures are
+//! [`error::CliError`].
+
 pub mod base_move;
 pub mod board;
+pub mod command_signal;
+pub mod commands;
 pub mod demo;
 pub mod error;
+pub mod identification;
 pub mod report;
 pub mod streams;
 pub mod workspace;

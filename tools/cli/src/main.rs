@@ -1,12 +1,23 @@
-//! The stillbeam command.
-fn main() {
+//! The stillbeam command; what it does is in the library.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use stillbeam::commands::Cli;
+use stillbeam::streams::Streams;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
     let (mut out, mut messages) = (std::io::stdout(), std::io::stderr());
-    let mut streams = stillbeam::streams::Streams { out: &mut out, messages: &mut messages };
-    let r = stillbeam::demo::run(
-        &stillbeam::board::BoardTarget::Core,
-        std::path::Path::new("/tmp/demo1"),
-        &mut streams,
-    )
-    .unwrap();
-    println!("{}", stillbeam::demo::results_table(&r));
+    let mut streams = Streams { out: &mut out, messages: &mut messages };
+    match cli.run(&mut streams) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            let code = error.exit_code();
+            if code != 0 {
+                streams.say(&format!("stillbeam: {error}"));
+            }
+            ExitCode::from(code)
+        }
+    }
 }

@@ -54,11 +54,11 @@ fn results(result: &DemoResult) -> Markup {
         h2 { "Results" }
         table {
             thead {
-                tr { th { "" } th colspan="3" { "this run" } th colspan="3" { "paper, Table 2" } }
+                tr { th { "" } th colspan="3" { "this run" } th.paper colspan="3" { "paper, Table 2" } }
                 tr {
                     th { "shaper" }
                     th { "settling (s)" } th { "overshoot (%)" } th { "vibration (%)" }
-                    th { "settling" } th { "overshoot (%)" } th { "vibration (%)" }
+                    th.paper { "settling (s)" } th.paper { "overshoot (%)" } th.paper { "vibration (%)" }
                 }
             }
             tbody {
@@ -88,9 +88,12 @@ fn results(result: &DemoResult) -> Markup {
     }
 }
 
+/// Title, shapers shown (type and number of modes) and caption of a chart.
+type Pairing = (&'static str, &'static [(ShaperType, usize)], &'static str);
+
 /// The pairings of the paper's Figs. 6 to 9, and then the setpoints.
 fn move_charts(moves: &[MoveResult]) -> Vec<(Chart, &'static str)> {
-    let figures: [(&str, &[(ShaperType, usize)], &str); 4] = [
+    let figures: [Pairing; 4] = [
         ("Single-mode ZV", &[(ShaperType::Zv, 1)], "As the paper's Fig. 6. What is left is the second mode."),
         (
             "Single-mode ZVD and ZVDD",

@@ -54,13 +54,16 @@ pub struct Chart {
 const WIDTH: f64 = 920.0;
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 18.0;
-const TOP: f64 = 34.0;
+/// Room for the title.
+const TITLE: f64 = 34.0;
+/// Room for a row of the legend that does not fit beside the title.
+const LEGEND_ROW: f64 = 18.0;
 const BOTTOM: f64 = 46.0;
 /// Dark enough on white, and told apart by the colour-blind (after Okabe and Ito).
 const COLOURS: [&str; 6] = ["#0060a8", "#c44e00", "#00795a", "#a0407c", "#8a6d00", "#3a3a3a"];
 const GREY: &str = "#9aa3ad";
-/// Width of a character of the legend relative to its font size.
-const CHARACTER: f64 = 6.6;
+/// Width of a character of the legend, and of a character of the title, in pixels and on the wide side.
+const CHARACTER: (f64, f64) = (6.6, 8.0);
 
 impl Series {
     /// A plain line.
@@ -102,7 +105,7 @@ impl Chart {
     pub fn to_svg(&self) -> String {
         let frame = Frame::around(self);
         let mut svg = String::new();
-        let height = f64::from(self.height);
+        let height = frame.bottom + BOTTOM;
         // Writing to a string does not fail.
         let _written = write!(
             svg,
@@ -121,21 +124,50 @@ impl Chart {
         for (place, label) in &self.marks {
             frame.mark(&mut svg, *place, label);
         }
-        let mut colours = COLOURS.iter().cycle();
-        let mut legend = Vec::new();
-        for series in &self.series {
-            let colour = match series.style {
-                Style::Reference => GREY,
-                _ => colours.next().copied().unwrap_or(GREY),
-            };
+        for (series, colour) in self.coloured() {
             frame.draw(&mut svg, series, colour, self.log_y);
-            if !series.label.is_empty() {
-                legend.push((series, colour));
-            }
         }
-        draw_legend(&mut svg, &legend);
+        for (row, entries) in self.legend_rows().iter().enumerate() {
+            draw_legend_row(&mut svg, entries, 16.0 + LEGEND_ROW * row as f64);
+        }
         svg.push_str("</svg>");
         svg
+    }
+
+    fn coloured(&self) -> impl Iterator<Item = (&Series, &'static str)> {
+        let mut colours = COLOURS.iter().copied().cycle();
+        self.series.iter().map(move |series| match series.style {
+            Style::Reference => (series, GREY),
+            _ => (series, colours.next().unwrap_or(GREY)),
+        })
+    }
+
+    /// The legend, broken into rows; the first is the title's and holds what fits beside that. A single curve needs none.
+    fn legend_rows(&self) -> Vec<Vec<(&Series, &'static str)>> {
+        let entries: Vec<_> = self.coloured().filter(|(series, _)| !series.label.is_empty()).collect();
+        if entries.len() < 2 {
+            return Vec::new();
+        }
+        let whole = WIDTH - LEFT - RIGHT;
+        let beside_title = whole - CHARACTER.1 * self.title.chars().count() as f64 - 20.0;
+        let total: f64 = entries.iter().map(entry_width).sum();
+        if total <= beside_title {
+            return vec![entries];
+        }
+        let mut rows = vec![Vec::new(), Vec::new()];
+        let mut left = whole;
+        for entry in entries {
+            let width = entry_width(&entry);
+            if width > left {
+                rows.push(Vec::new());
+                left = whole;
+            }
+            left -= width;
+            if let Some(row) = rows.last_mut() {
+                row.push(entry);
+            }
+        }
+        rows
     }
 }
 
@@ -143,6 +175,7 @@ impl Chart {
 struct Frame {
     x: (f64, f64),
     y: (f64, f64),
+    top: f64,
     bottom: f64,
 }
 
@@ -159,7 +192,11 @@ impl Frame {
             (low, high) = (low.min(0.0), high.max(0.0));
         }
         let margin = if high > low { 0.05 * (high - low) } else { low.abs().max(1e-12) * 0.5 };
-        Self { x, y: (low - margin, high + margin), bottom: f64::from(chart.height) - BOTTOM }
+        let rows = chart.legend_rows().len().saturating_sub(1);
+        let top = TITLE + LEGEND_ROW * rows as f64;
+        // Rows of the legend take height from nobody: the page grows with them.
+        let bottom = f64::from(chart.height) - BOTTOM + (top - TITLE);
+        Self { x, y: (low - margin, high + margin), top, bottom }
     }
 
     fn x(&self, x: f64) -> f64 {
@@ -167,11 +204,11 @@ impl Frame {
     }
 
     fn y(&self, y: f64) -> f64 {
-        self.bottom - (y - self.y.0) / (self.y.1 - self.y.0) * (self.bottom - TOP)
+        self.bottom - (y - self.y.0) / (self.y.1 - self.y.0) * (self.bottom - self.top)
     }
 
     fn axes(&self, svg: &mut String, chart: &Chart) {
-        let (right, bottom) = (WIDTH - RIGHT, self.bottom);
+        let (right, top, bottom) = (WIDTH - RIGHT, self.top, self.bottom);
         let fill = "fill=\"#3d4650\"";
         let y_ticks = if chart.log_y {
             ticks::logarithmic(self.y.0, self.y.1)
@@ -185,17 +222,17 @@ impl Frame {
         }
         for (value, label) in ticks::linear(self.x.0, self.x.1, 9.0) {
             let x = self.x(value);
-            line(svg, (x, TOP), (x, bottom), "#eef1f4", 1.0);
+            line(svg, (x, top), (x, bottom), "#eef1f4", 1.0);
             text(svg, (x, bottom + 17.0), "middle", fill, &label);
         }
         let _written = write!(
             svg,
-            "<rect x=\"{LEFT}\" y=\"{TOP}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#8b949e\"/>",
+            "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#8b949e\"/>",
             right - LEFT,
-            bottom - TOP
+            bottom - top
         );
         text(svg, ((LEFT + right) / 2.0, bottom + 37.0), "middle", fill, &chart.x_label);
-        let middle = (TOP + bottom) / 2.0;
+        let middle = (top + bottom) / 2.0;
         let turned = format!("{fill} transform=\"rotate(-90 16 {middle:.1})\"");
         text(svg, (16.0, middle), "middle", &turned, &chart.y_label);
     }
@@ -207,8 +244,8 @@ impl Frame {
         let x = self.x(place);
         let _written = write!(
             svg,
-            "<line x1=\"{x:.1}\" y1=\"{TOP}\" x2=\"{x:.1}\" y2=\"{:.1}\" stroke=\"#6b7480\" stroke-dasharray=\"3 3\"/>",
-            self.bottom
+            "<line x1=\"{x:.1}\" y1=\"{:.1}\" x2=\"{x:.1}\" y2=\"{:.1}\" stroke=\"#6b7480\" stroke-dasharray=\"3 3\"/>",
+            self.top, self.bottom
         );
         let (at, anchor) = if x > WIDTH - 160.0 { (x - 5.0, "end") } else { (x + 5.0, "start") };
         text(svg, (at, self.bottom - 7.0), anchor, "fill=\"#3d4650\" font-size=\"11\"", label);
@@ -291,26 +328,28 @@ fn flush(column: &mut Vec<(f64, f64)>, stretches: &mut [Vec<(f64, f64)>]) {
     column.clear();
 }
 
-fn draw_legend(svg: &mut String, entries: &[(&Series, &str)]) {
-    if entries.len() < 2 {
-        return;
-    }
-    let widths = entries.iter().map(|(series, _)| 40.0 + CHARACTER * series.label.chars().count() as f64);
-    let mut x = WIDTH - RIGHT - widths.clone().sum::<f64>();
-    for ((series, colour), width) in entries.iter().zip(widths) {
+fn entry_width((series, _): &(&Series, &str)) -> f64 {
+    40.0 + CHARACTER.0 * series.label.chars().count() as f64
+}
+
+/// Draws entries flush with the right end of the axes.
+fn draw_legend_row(svg: &mut String, entries: &[(&Series, &str)], y: f64) {
+    let mut x = WIDTH - RIGHT - entries.iter().map(entry_width).sum::<f64>();
+    for entry in entries {
+        let (series, colour) = entry;
         let (stroke_width, dash) = stroke(series.style);
         if series.style == Style::Dots {
             let _written =
-                write!(svg, "<circle cx=\"{:.1}\" cy=\"16\" r=\"3\" fill=\"{colour}\"/>", x + 12.0);
+                write!(svg, "<circle cx=\"{:.1}\" cy=\"{y}\" r=\"3\" fill=\"{colour}\"/>", x + 12.0);
         } else {
             let _written = write!(
                 svg,
-                "<line x1=\"{x:.1}\" y1=\"16\" x2=\"{:.1}\" y2=\"16\" stroke=\"{colour}\" stroke-width=\"{stroke_width}\"{dash}/>",
+                "<line x1=\"{x:.1}\" y1=\"{y}\" x2=\"{:.1}\" y2=\"{y}\" stroke=\"{colour}\" stroke-width=\"{stroke_width}\"{dash}/>",
                 x + 22.0
             );
         }
-        text(svg, (x + 27.0, 20.0), "start", "fill=\"#1a1f24\"", &series.label);
-        x += width;
+        text(svg, (x + 27.0, y + 4.0), "start", "fill=\"#1a1f24\"", &series.label);
+        x += entry_width(entry);
     }
 }
 

@@ -1,0 +1,61 @@
+//! The subcommands, one file each.
+
+pub mod console;
+pub mod demo;
+pub mod flash;
+pub mod identify;
+pub mod model;
+pub mod shape;
+pub mod simulate;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::CliError;
+use crate::streams::Streams;
+
+/// Still beams: identify a flexible machine's modes, design input shapers, and run them on the firmware.
+#[derive(Debug, Parser)]
+#[command(
+    name = "stillbeam",
+    version,
+    max_term_width = 110,
+    after_help = "\
+Data goes to standard output, messages and progress to standard error.
+Exit status: 0 done, 2 bad input, 1 anything else.
+
+Example:
+  stillbeam demo --out out/demo"
+)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Identify(identify::IdentifyArgs),
+    Shape(shape::ShapeArgs),
+    Simulate(simulate::SimulateArgs),
+    Model(model::ModelArgs),
+    Console(console::ConsoleArgs),
+    Flash(flash::FlashArgs),
+    Demo(demo::DemoArgs),
+}
+
+impl Cli {
+    /// Does what was asked.
+    ///
+    /// # Errors
+    /// [`CliError`], whose message is for people and whose [`CliError::exit_code`] for programs.
+    pub fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        match &self.command {
+            Command::Identify(args) => args.run(streams),
+            Command::Shape(args) => args.run(streams),
+            Command::Simulate(args) => args.run(streams),
+            Command::Model(args) => args.run(streams),
+            Command::Console(args) => args.run(streams),
+            Command::Flash(args) => args.run(streams),
+            Command::Demo(args) => args.run(streams),
+        }
+    }
+}

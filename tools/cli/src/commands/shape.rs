@@ -1,0 +1,102 @@
+//! `stillbeam shape`: from modes to a table.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use stillbeam_firmware::shaper::{Mode, ShaperType};
+use stillbeam_shape::{DEFAULT_TYPE, DesignOptions, ShaperDesign, parse_mode, parse_type};
+
+use crate::error::CliError;
+use crate::identification::modes_file;
+use crate::report::shape_page::shape_page;
+use crate::streams::{Streams, json_on_stdout};
+
+/// Design a shaper: one stage per mode, exactly as the board runs it.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  stillbeam shape --mode 1.1,0.0074,zvd --mode 6.9,0.0059,zvd --rate 4000 --json table.json
+  stillbeam shape --modes-from out/demo/modes.json --type zvdd --json -")]
+pub struct ShapeArgs {
+    /// A mode: undamped frequency in Hz, damping ratio, and zv, zvd or zvdd; may be repeated
+    #[arg(long = "mode", value_name = "F_HZ,ZETA[,TYPE]", allow_hyphen_values = true)]
+    modes: Vec<String>,
+    /// Take the modes from what `identify --json` wrote
+    #[arg(long, value_name = "FILE", conflicts_with = "modes")]
+    modes_from: Option<PathBuf>,
+    /// The shaper of modes that name none: zv, zvd or zvdd
+    #[arg(long = "type", value_name = "TYPE", default_value_t = DEFAULT_TYPE.name().to_owned())]
+    kind: String,
+    /// Ticks per second
+    #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
+    rate: f64,
+    /// Judge the worst case with frequencies off by up to this many percent
+    #[arg(long = "box", default_value_t = 5.0, value_name = "PERCENT", allow_negative_numbers = true)]
+    box_percent: f64,
+    /// Write the table as JSON to this file, or to standard output for -
+    #[arg(long, value_name = "FILE")]
+    json: Option<String>,
+    /// Write a report to this file
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<String>,
+}
+
+impl ShapeArgs {
+    pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        let kind = parse_type(&self.kind)?;
+        let modes = self.modes(kind)?;
+        let frequency_box = self.box_percent / 100.0;
+        let design = ShaperDesign::new(&modes, self.rate, &DesignOptions { frequency_box })?;
+        if !json_on_stdout(self.json.as_deref()) {
+            self.print(&design, streams)?;
+        }
+        if let Some(file) = &self.json {
+            streams.write_text(file, &design.to_json())?;
+        }
+        if let Some(file) = &self.report {
+            let table = design.table().map_err(|error| CliError::Internal(error.to_string()))?;
+            streams.write_text(file, &shape_page(&design, &table, frequency_box))?;
+        }
+        Ok(())
+    }
+
+    fn modes(&self, kind: ShaperType) -> Result<Vec<Mode>, CliError> {
+        if let Some(file) = &self.modes_from {
+            return modes_file::read_modes(file, kind);
+        }
+        let modes = self.modes.iter().map(|spec| {
+            let complete =
+                if spec.matches(',').count() == 1 { format!("{spec},{kind}") } else { spec.clone() };
+            parse_mode(&complete).map_err(CliError::from)
+        });
+        modes.collect()
+    }
+
+    fn print(&self, design: &ShaperDesign, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        let out = &mut streams.out;
+        writeln!(out, "rate      {} Hz", design.rate_hz)?;
+        writeln!(out, "duration  {:.4} s", design.duration_s)?;
+        writeln!(out, "delay     {:.4} s", design.delay_s)?;
+        writeln!(out, "crc32     {}", design.crc32)?;
+        let worst = format!("worst ±{} % (%)", self.box_percent);
+        writeln!(
+            out,
+            "\n{:>4}{:>16}{:>15}  {:<5}{:>5}{:>14}{worst:>18}",
+            "mode", "frequency (Hz)", "damping ratio", "type", "taps", "nominal (%)"
+        )?;
+        let residuals = design.residual.nominal.iter().zip(&design.residual.worst_over_box);
+        for (number, (stage, (nominal, worst))) in (1..).zip(design.stages.iter().zip(residuals)) {
+            writeln!(
+                out,
+                "{number:>4}{:>16.5}{:>15.6}  {:<5}{:>5}{:>14.6}{:>18.4}",
+                stage.frequency_hz,
+                stage.damping_ratio,
+                stage.shaper.name(),
+                stage.taps.len(),
+                100.0 * nominal,
+                100.0 * worst
+            )?;
+        }
+        Ok(())
+    }
+}

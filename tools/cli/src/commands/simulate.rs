@@ -1,0 +1,255 @@
+//! `stillbeam simulate`: a model under a command or a recording.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Serialize;
+use stillbeam_firmware::shaper::ShaperTable;
+use stillbeam_plant::{BASE_POSITION, Model, SETPOINT, TIP_DEFLECTION, TIP_POSITION, simulate};
+use stillbeam_recording::{Recording, read_csv, write_csv};
+use stillbeam_shape::ShaperDesign;
+
+use crate::base_move::BaseMove;
+use crate::command_signal::{MoveCommand, shape_recorded, shaped_setpoints_m};
+use crate::error::CliError;
+use crate::streams::{Streams, json_on_stdout};
+
+/// Seconds of a simulated move that are written to a recording.
+const WRITTEN_S: f64 = 10.0;
+
+/// Ticks per second without --rate and without a shaper.
+const DEFAULT_RATE_HZ: f64 = 4000.0;
+
+/// Simulate a model under a move or a recorded input, shaped or not.
+///
+/// The move is the firmware's own: its profile within its default limits, its shaper in its integers.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Example:
+  stillbeam simulate models/paper_beam.toml --command 'move 0.05' --shaper table.json --out move.csv
+  stillbeam simulate models/paper_beam.toml --input sweep.csv --out simulated.csv")]
+pub struct SimulateArgs {
+    /// The model file
+    #[arg(value_name = "MODEL.toml")]
+    model: PathBuf,
+    /// What the base is told to do: \"move METRES\", from zero
+    #[arg(long, value_name = "COMMAND", required_unless_present = "input", conflicts_with = "input")]
+    command: Option<String>,
+    /// A recording that has the model's input column
+    #[arg(long, value_name = "REC.csv")]
+    input: Option<PathBuf>,
+    /// Shape the command, or the recorded input, with a table that `shape --json` wrote
+    #[arg(long, value_name = "FILE")]
+    shaper: Option<PathBuf>,
+    /// Ticks per second of a command; by default the shaper's, or 4000
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    rate: Option<f64>,
+    /// Write what was simulated to this recording
+    #[arg(long, value_name = "REC.csv")]
+    out: Option<PathBuf>,
+    /// Write the numbers as JSON to this file, or to standard output for -
+    #[arg(long, value_name = "FILE")]
+    json: Option<String>,
+}
+
+/// What is printed about a move.
+#[derive(Serialize)]
+struct MoveNumbers {
+    schema_version: u32,
+    rate_hz: f64,
+    settling_time_s: Option<f64>,
+    overshoot_pct: f64,
+    residual_peak_m: f64,
+    percentage_vibration_pct: f64,
+    mode_vibration_pct: Vec<f64>,
+}
+
+/// What is printed about one simulated output.
+#[derive(Serialize)]
+struct OutputNumbers {
+    column: String,
+    lowest: f64,
+    highest: f64,
+    rms: f64,
+    /// Against the recording's column of the same name, if it has one: rms difference, and that over the
+    /// recorded column's standard deviation.
+    rms_error: Option<f64>,
+    nrmse: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct RecordingNumbers {
+    schema_version: u32,
+    outputs: Vec<OutputNumbers>,
+}
+
+impl SimulateArgs {
+    pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        let model = Model::read(&self.model)?;
+        let table = self.table()?;
+        match (&self.command, &self.input) {
+            (Some(command), _) => self.run_command(&model, command, table.as_ref(), streams),
+            (None, Some(input)) => self.run_recording(&model, input, table.as_ref(), streams),
+            (None, None) => Err(CliError::Usage("give --command or --input".to_owned())),
+        }
+    }
+
+    fn table(&self) -> Result<Option<ShaperTable>, CliError> {
+        let Some(path) = &self.shaper else { return Ok(None) };
+        let design = ShaperDesign::read(path)?;
+        let table = design.table().map_err(|problem| CliError::File {
+            file: path.display().to_string(),
+            problem: problem.to_string(),
+        })?;
+        Ok(Some(table))
+    }
+
+    fn run_command(
+        &self,
+        model: &Model,
+        command: &str,
+        table: Option<&ShaperTable>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let command: MoveCommand = command.parse()?;
+        let table_hz = table.map(|table| table.tick_rate().hz());
+        let rate_hz = match (self.rate, table_hz) {
+            (Some(rate_hz), Some(table_hz)) if rate_hz != table_hz => {
+                return Err(CliError::Usage(format!(
+                    "--rate {rate_hz} Hz, but the shaper is for {table_hz} Hz; leave --rate out, or design a table for it"
+                )));
+            }
+            (rate_hz, table_hz) => rate_hz.or(table_hz).unwrap_or(DEFAULT_RATE_HZ),
+        };
+        let context = self.model.display().to_string();
+        let simulated = |table| {
+            let setpoints_m = shaped_setpoints_m(&command, rate_hz, table)?;
+            BaseMove::simulate(model, rate_hz, &setpoints_m).map_err(CliError::plant(context.clone()))
+        };
+        let shaped = simulated(table)?;
+        let unshaped = simulated(None)?;
+        let vibration = shaped.percentage_vibration(&unshaped);
+        let numbers = MoveNumbers {
+            schema_version: 1,
+            rate_hz,
+            settling_time_s: shaped.metrics.settling_time_s,
+            overshoot_pct: shaped.metrics.overshoot_pct,
+            residual_peak_m: shaped.residual.tip_peak_m,
+            percentage_vibration_pct: vibration.tip_pct,
+            mode_vibration_pct: vibration.modes_pct,
+        };
+        if let Some(path) = &self.out {
+            write(path, &move_recording(&shaped), streams)?;
+        }
+        if !json_on_stdout(self.json.as_deref()) {
+            let settling =
+                numbers.settling_time_s.map_or("never".to_owned(), |seconds| format!("{seconds:.3} s"));
+            writeln!(streams.out, "settling time (2 % band)   {settling}")?;
+            writeln!(streams.out, "overshoot                  {:.3} %", numbers.overshoot_pct)?;
+            writeln!(streams.out, "residual peak of the tip   {:.6} m", numbers.residual_peak_m)?;
+            writeln!(streams.out, "percentage vibration       {:.4} %", numbers.percentage_vibration_pct)?;
+            for (number, vibration) in (1..).zip(&numbers.mode_vibration_pct) {
+                writeln!(streams.out, "  of mode {number}                {vibration:.4} %")?;
+            }
+        }
+        self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
+    }
+
+    fn run_recording(
+        &self,
+        model: &Model,
+        path: &Path,
+        table: Option<&ShaperTable>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        if let Some(rate_hz) = self.rate {
+            return Err(CliError::Usage(format!(
+                "--rate {rate_hz} goes with --command; a recording brings its own times"
+            )));
+        }
+        let recording = read_csv(path)?;
+        let driven = match (table, model.input()) {
+            (Some(table), Some(input)) if input.is_motion() => {
+                shape_recorded(&recording, &input.column, table)?
+            }
+            (Some(_), _) => {
+                return Err(CliError::Usage(format!(
+                    "{}: a shaper shapes motion, and the model's input is none; set input.column to setpoint_m or base_position_m",
+                    self.model.display()
+                )));
+            }
+            (None, _) => recording.clone(),
+        };
+        let result = simulate(model, &driven).map_err(CliError::plant(self.model.display().to_string()))?;
+        if let Some(path) = &self.out {
+            write(path, &result, streams)?;
+        }
+        let outputs = model.output_columns().into_iter().filter_map(|column| {
+            let simulated = result.column(&column).ok()?;
+            // After shaping, the times are the shaper's, and so is the experiment.
+            let recorded = if table.is_none() { recording.column(&column).ok() } else { None };
+            Some(OutputNumbers::new(column, simulated, recorded))
+        });
+        let numbers = RecordingNumbers { schema_version: 1, outputs: outputs.collect() };
+        if !json_on_stdout(self.json.as_deref()) {
+            for output in &numbers.outputs {
+                let OutputNumbers { column, lowest, highest, rms, .. } = output;
+                writeln!(streams.out, "{column}: from {lowest:.6e} to {highest:.6e}, rms {rms:.6e}")?;
+                if let (Some(error), Some(nrmse)) = (output.rms_error, output.nrmse) {
+                    writeln!(
+                        streams.out,
+                        "  off the recorded one by an rms of {error:.3e}, {:.2} % of its spread",
+                        100.0 * nrmse
+                    )?;
+                }
+            }
+        }
+        self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
+    }
+}
+
+impl OutputNumbers {
+    fn new(column: String, simulated: &[f64], recorded: Option<&[f64]>) -> Self {
+        let rms = |values: &mut dyn Iterator<Item = f64>| {
+            let (sum, count) =
+                values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
+            if count > 0.0 { Some(f64::sqrt(sum / count)) } else { None }
+        };
+        let pairs =
+            || recorded.into_iter().flatten().zip(simulated).filter(|(recorded, _)| !recorded.is_nan());
+        let count = pairs().count().max(1) as f64;
+        let mean = pairs().map(|(recorded, _)| recorded).sum::<f64>() / count;
+        let rms_error = rms(&mut pairs().map(|(recorded, simulated)| simulated - recorded));
+        let spread = rms(&mut pairs().map(|(recorded, _)| recorded - mean));
+        Self {
+            column,
+            lowest: simulated.iter().copied().fold(f64::INFINITY, f64::min),
+            highest: simulated.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            rms: rms(&mut simulated.iter().copied()).unwrap_or(0.0),
+            rms_error,
+            nrmse: rms_error
+                .zip(spread)
+                .map(|(error, spread)| error / spread)
+                .filter(|nrmse| nrmse.is_finite()),
+        }
+    }
+}
+
+fn move_recording(shaped: &BaseMove) -> Recording {
+    let base_m =
+        shaped.tip_position_m.iter().zip(&shaped.tip_deflection_m).map(|(tip, deflection)| tip - deflection);
+    let written = ((WRITTEN_S * shaped.rate_hz) as usize).min(shaped.setpoint_m.len());
+    let first = |values: &[f64]| values.iter().take(written).copied().collect();
+    let time_s = (0..written).map(|index| index as f64 / shaped.rate_hz).collect();
+    Recording::new("simulated move", time_s)
+        .with_column(SETPOINT, first(&shaped.setpoint_m))
+        .with_column(BASE_POSITION, base_m.take(written).collect())
+        .with_column(TIP_DEFLECTION, first(&shaped.tip_deflection_m))
+        .with_column(TIP_POSITION, first(&shaped.tip_position_m))
+}
+
+fn write(path: &Path, recording: &Recording, streams: &mut Streams<'_>) -> Result<(), CliError> {
+    write_csv(path, recording)?;
+    streams.say(&format!("wrote {}", path.display()));
+    Ok(())
+}

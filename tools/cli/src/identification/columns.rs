@@ -1,0 +1,42 @@
+//! Which column is the output when nobody said.
+
+use stillbeam_plant::{TIP_DEFLECTION, TIP_POSITION};
+use stillbeam_recording::Recording;
+
+use crate::error::CliError;
+
+/// The output column: the one asked for, else the tip's, else the only one that is neither the time nor the input.
+///
+/// # Errors
+/// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there are several to choose from.
+pub fn output_column(
+    recording: &Recording,
+    input: Option<&str>,
+    asked: Option<&str>,
+) -> Result<String, CliError> {
+    for column in input.into_iter().chain(asked) {
+        recording.column(column)?;
+    }
+    if let Some(asked) = asked {
+        return Ok(asked.to_owned());
+    }
+    let names: Vec<&str> = recording.columns.iter().map(|column| column.name.as_str()).collect();
+    let candidates: Vec<&str> = names.into_iter().filter(|name| Some(*name) != input).collect();
+    for tip in [TIP_DEFLECTION, TIP_POSITION] {
+        if candidates.contains(&tip) {
+            return Ok(tip.to_owned());
+        }
+    }
+    match candidates.as_slice() {
+        [only] => Ok((*only).to_owned()),
+        [] => Err(CliError::Usage(format!(
+            "{}: there is no column besides the time and the input; record the response too",
+            recording.name
+        ))),
+        several => Err(CliError::Usage(format!(
+            "{}: the output could be any of {}; name one with --output",
+            recording.name,
+            several.join(", ")
+        ))),
+    }
+}

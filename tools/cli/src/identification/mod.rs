@@ -1,0 +1,6 @@
+//! Around identification: which columns, several recordings together, and the files that modes go into.
+
+pub mod columns;
+pub mod combined;
+pub mod modal_file;
+pub mod modes_file;

@@ -1,0 +1,186 @@
+//! What the commands do when all is well.
+
+mod support;
+
+use serde_json::Value;
+use support::{accepted, paper_beam, stillbeam};
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn every_subcommand_has_help_with_an_example() {
+    let help = accepted(&["--help"]);
+    for command in ["identify", "shape", "simulate", "model", "console", "flash", "demo"] {
+        assert!(help.contains(command), "{command}");
+        let help = accepted(&[command, "--help"]);
+        assert!(help.contains("Example:") && help.contains(&format!("stillbeam {command}")), "{help}");
+    }
+}
+
+#[test]
+fn shape_writes_the_table_to_standard_output_and_nothing_else() {
+    let run = stillbeam(&["shape", "--mode", "1.1,0.0074,zvd", "--mode", "6.9,0.0059,zv", "--json", "-"]);
+    assert_eq!(run.code, 0, "{}", run.messages);
+    let table = json(&run.out);
+    assert_eq!(table["stages"][1]["type"], "zv");
+    assert_eq!(table["rate_hz"], 4000.0);
+}
+
+#[test]
+fn modes_go_from_identification_to_a_table_to_a_still_beam() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let modes = "{\"schema_version\":1,\"modes\":[\
+        {\"frequency_hz\":{\"value\":1.09997,\"stderr\":1e-6},\"damping_ratio\":{\"value\":0.0074,\"stderr\":null}},\
+        {\"frequency_hz\":{\"value\":6.89995,\"stderr\":1e-6},\"damping_ratio\":{\"value\":0.0033,\"stderr\":1e-6}}]}";
+    std::fs::write(path("modes.json"), modes).unwrap();
+    let (table, report) = (path("table.json"), path("table.html"));
+    let from = path("modes.json");
+    accepted(&["shape", "--modes-from", &from, "--type", "zvdd", "--json", &table, "--report", &report]);
+    assert!(std::fs::read_to_string(report).unwrap().contains("<svg"));
+    let beam = paper_beam();
+    let simulate = |extra: &[&str]| {
+        let mut arguments = vec!["simulate", &beam, "--command", "move 0.05", "--json", "-"];
+        arguments.extend(extra);
+        json(&accepted(&arguments))
+    };
+    let (shaped, unshaped) = (simulate(&["--shaper", &table, "--out", &path("move.csv")]), simulate(&[]));
+    let vibration = |numbers: &Value| numbers["percentage_vibration_pct"].as_f64().unwrap();
+    assert!((vibration(&unshaped) - 100.0).abs() < 1e-9);
+    assert!(vibration(&shaped) < 0.05, "{shaped}");
+    let recording = stillbeam_recording::read_csv(&folder.path().join("move.csv")).unwrap();
+    assert_eq!(recording.column("setpoint_m").unwrap().last(), Some(&0.05));
+    // The same table at another rate is a contradiction.
+    let run = stillbeam(&["simulate", &beam, "--command", "move 0.05", "--shaper", &table, "--rate", "1000"]);
+    assert_eq!(run.code, 2);
+    assert!(run.messages.contains("4000") && run.messages.contains("1000"), "{}", run.messages);
+}
+
+#[test]
+fn a_damaged_table_does_not_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("table.json");
+    let table = accepted(&["shape", "--mode", "1.1,0.0074,zv", "--json", "-"]);
+    let weight = json(&table)["stages"][0]["taps"][0]["weight"].to_string();
+    let other = (weight.parse::<i64>().unwrap() + 1).to_string();
+    std::fs::write(&file, table.replace(&weight, &other)).unwrap();
+    let run =
+        stillbeam(&["simulate", &paper_beam(), "--command", "move 0.05", "--shaper", file.to_str().unwrap()]);
+    assert_eq!(run.code, 2);
+    assert!(run.messages.contains("table.json") && run.messages.contains("weight"), "{}", run.messages);
+}
+
+#[test]
+fn a_simulated_sweep_is_identified_and_its_model_reproduces_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    // A chirp of the base: 0.5 to 9 Hz in 20 s at 1 kHz. (Between samples a plant goes straight and the identification curves.)
+    let mut sweep = "time_s,setpoint_m\n".to_owned();
+    for k in 0..20_000 {
+        let t = f64::from(k) / 1000.0;
+        let phase = std::f64::consts::TAU * (0.5 * t + 0.5 * 8.5 / 20.0 * t * t);
+        sweep += &format!("{t},{}\n", 1e-3 * phase.sin());
+    }
+    std::fs::write(path("input.csv"), sweep).unwrap();
+    let beam = paper_beam();
+    let simulated = path("simulated.csv");
+    accepted(&["simulate", &beam, "--input", &path("input.csv"), "--out", &simulated]);
+    let (modes, model, report) = (path("modes.json"), path("modal.toml"), path("modes.html"));
+    let run = stillbeam(&[
+        "identify",
+        &simulated,
+        "--input",
+        "setpoint_m",
+        "--modes",
+        "2",
+        "--json",
+        &modes,
+        "--model-out",
+        &model,
+        "--report",
+        &report,
+    ]);
+    assert_eq!(run.code, 0, "{}", run.messages);
+    assert!(run.messages.contains("output tip_deflection_m"), "says what it chose: {}", run.messages);
+    let identified = json(&std::fs::read_to_string(modes).unwrap());
+    let hz = |mode: usize| identified["modes"][mode]["frequency_hz"]["value"].as_f64().unwrap();
+    assert!((hz(0) / 1.1 - 1.0).abs() < 1e-3 && (hz(1) / 6.9 - 1.0).abs() < 1e-3, "{} {}", hz(0), hz(1));
+    let again = json(&accepted(&["simulate", &model, "--input", &simulated, "--json", "-"]));
+    let nrmse = again["outputs"][0]["nrmse"].as_f64().unwrap();
+    assert!(nrmse < 1e-3, "{nrmse}");
+    let html = std::fs::read_to_string(report).unwrap();
+    assert!(html.contains("<svg") && !html.contains("http://") && !html.contains("https://"));
+}
+
+#[test]
+fn a_recorded_input_can_be_shaped() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("step.csv"), "time_s,setpoint_m\n0,0\n0.1,0\n0.3,0.02\n4,0.02\n").unwrap();
+    let table = path("table.json");
+    accepted(&["shape", "--mode", "1.09997,0.0074", "--mode", "6.89995,0.0033", "--json", &table]);
+    let out = path("out.csv");
+    accepted(&["simulate", &paper_beam(), "--input", &path("step.csv"), "--shaper", &table, "--out", &out]);
+    let shaped = stillbeam_recording::read_csv(&folder.path().join("out.csv")).unwrap();
+    let tip_m = shaped.column("tip_deflection_m").unwrap();
+    let late = shaped.time_s.iter().zip(tip_m).filter(|(time_s, _)| **time_s > 1.6);
+    let left_m = late.map(|(_, tip_m)| tip_m.abs()).fold(0.0, f64::max);
+    assert!(left_m < 2e-6, "{left_m}");
+    assert_eq!(shaped.column("setpoint_m").unwrap().last(), Some(&0.02));
+}
+
+#[test]
+fn the_model_command_prints_the_paper_frequencies() {
+    let modes = json(&accepted(&["model", &paper_beam(), "--json", "-"]));
+    let held = |mode: usize| modes["base_held"][mode]["frequency_hz"].as_f64().unwrap();
+    assert!((held(0) - 1.1).abs() < 0.005 && (held(1) - 6.9).abs() < 0.005);
+    let free = modes["base_free"][0]["frequency_hz"].as_f64().unwrap();
+    assert!(free > held(0));
+    assert!(accepted(&["model", &paper_beam()]).contains("with the base free"));
+}
+
+#[test]
+fn console_commands_are_answered_and_refusals_end_in_two() {
+    let reply = accepted(&[
+        "console",
+        "--port",
+        "core",
+        "--command",
+        "set mode1.type zv",
+        "--command",
+        "get mode1.type",
+    ]);
+    assert!(reply.ends_with("mode1.type = off [off] staged zv\nok get\n"), "{reply}");
+    let run = stillbeam(&["console", "--port", "core", "--command", "set mode1.frequency_hz 0"]);
+    assert_eq!(run.code, 2);
+    assert!(run.messages.contains("mode1.frequency_hz") && run.messages.contains("0.01"), "{}", run.messages);
+}
+
+#[test]
+fn flash_without_a_programmer_says_how_to_get_one() {
+    let empty = tempfile::tempdir().unwrap();
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_stillbeam"))
+        .arg("flash")
+        .env("PATH", empty.path())
+        .output()
+        .unwrap();
+    let messages = String::from_utf8_lossy(&run.stderr).into_owned();
+    assert_eq!(run.status.code(), Some(2), "{messages}");
+    assert!(messages.contains("cargo install probe-rs-tools"), "{messages}");
+}
+
+#[test]
+fn a_reader_that_has_enough_is_no_failure() {
+    use std::process::{Command, Stdio};
+    let mut child = Command::new(env!("CARGO_BIN_EXE_stillbeam"))
+        .args(["shape", "--mode", "1.1,0.0074", "--json", "-"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let run = child.wait_with_output().unwrap();
+    assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
+}

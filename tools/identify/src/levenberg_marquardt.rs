@@ -79,8 +79,9 @@ const STEP_LIMIT: usize = 120;
 /// Cosine of the angle between the residuals and a column, below which they count as orthogonal.
 const GRADIENT_TOLERANCE: f64 = 1e-9;
 const STEP_TOLERANCE: f64 = 1e-12;
-/// Of a hundred thousand residuals, this share of their squares is a step of a hundredth of a standard error.
-const REDUCTION_TOLERANCE: f64 = 1e-9;
+/// Share of the sum of squares that a last step may still have gained: for a hundred thousand residuals that
+/// is a step of three hundredths of a standard error.
+const REDUCTION_TOLERANCE: f64 = 1e-8;
 const LARGEST_DAMPING: f64 = 1e14;
 
 /// Searches for a minimum from the parameters' starts.

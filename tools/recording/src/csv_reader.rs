@@ -19,8 +19,7 @@ const UTF8_BOM: &[u8] = b"\xef\xbb\xbf";
 /// A [`RecordingError`] naming file, row, column and remedy.
 pub fn read_csv(path: &Path) -> Result<Recording, RecordingError> {
     let name = path.display().to_string();
-    let file =
-        File::open(path).map_err(|error| RecordingError::new(name.clone(), Problem::Io(error)))?;
+    let file = File::open(path).map_err(|error| RecordingError::new(name.clone(), Problem::Io(error)))?;
     let mut recording = parse_csv(BufReader::new(file), name)?;
     side_file::read_into(path, &mut recording)?;
     Ok(recording)
@@ -43,11 +42,8 @@ fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
     source.read_to_end(&mut bytes).map_err(Problem::Io)?;
     let mut lines = LineCounter::new(&bytes);
     // The rows are counted and measured here rather than by the csv crate, so that messages can name both.
-    let mut reader = ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .trim(Trim::All)
-        .from_reader(bytes.as_slice());
+    let mut reader =
+        ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes.as_slice());
     let mut row = ByteRecord::new();
 
     if !reader.read_byte_record(&mut row).map_err(csv_problem)? {
@@ -61,11 +57,7 @@ fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
     while reader.read_byte_record(&mut row).map_err(csv_problem)? {
         let line = lines.line_of(&row);
         if row.len() != names.len() {
-            return Err(Problem::RaggedRow {
-                row: line,
-                expected: names.len(),
-                found: row.len(),
-            });
+            return Err(Problem::RaggedRow { row: line, expected: names.len(), found: row.len() });
         }
         for ((cell, name), column) in row.iter().zip(&names).zip(&mut columns) {
             column.push(number(cell, line, name)?);
@@ -74,11 +66,7 @@ fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
         let time_s = time_s.filter(|time_s| time_s.is_finite());
         let time_s = time_s.ok_or(Problem::MissingTime { row: line })?;
         if time_s <= previous_s {
-            return Err(Problem::TimeNotIncreasing {
-                row: line,
-                previous_s,
-                time_s,
-            });
+            return Err(Problem::TimeNotIncreasing { row: line, previous_s, time_s });
         }
         previous_s = time_s;
     }
@@ -86,10 +74,7 @@ fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
     let mut columns = columns.into_iter();
     let time_s = columns.next().unwrap_or_default();
     if time_s.len() < MIN_SAMPLES {
-        return Err(Problem::TooFewSamples {
-            found: time_s.len(),
-            required: MIN_SAMPLES,
-        });
+        return Err(Problem::TooFewSamples { found: time_s.len(), required: MIN_SAMPLES });
     }
     let mut recording = Recording::new(name, time_s);
     recording.columns = names
@@ -122,16 +107,8 @@ fn number(cell: &[u8], row: u64, column: &str) -> Result<f64, Problem> {
     let text = std::str::from_utf8(cell).map_err(|_| Problem::NotUtf8 { row })?;
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err(Problem::NotFinite {
-            row,
-            column: column.to_owned(),
-            text: shorten(text),
-        }),
-        Err(_) => Err(Problem::NotANumber {
-            row,
-            column: column.to_owned(),
-            text: shorten(text),
-        }),
+        Ok(_) => Err(Problem::NotFinite { row, column: column.to_owned(), text: shorten(text) }),
+        Err(_) => Err(Problem::NotANumber { row, column: column.to_owned(), text: shorten(text) }),
     }
 }
 
@@ -145,11 +122,7 @@ struct LineCounter<'a> {
 
 impl<'a> LineCounter<'a> {
     fn new(bytes: &'a [u8]) -> Self {
-        Self {
-            bytes,
-            at: 0,
-            line: 1,
-        }
+        Self { bytes, at: 0, line: 1 }
     }
 
     /// 1-based line of a record; records are asked for in file order.

@@ -15,10 +15,7 @@ pub struct RecordingError {
 impl RecordingError {
     /// Ties a problem to the recording it was found in.
     pub fn new(file: impl Into<String>, problem: Problem) -> Self {
-        Self {
-            file: file.into(),
-            problem,
-        }
+        Self { file: file.into(), problem }
     }
 }
 
@@ -30,9 +27,7 @@ pub enum Problem {
     #[error("cannot be read or written: {0}; check that the path exists and is accessible")]
     Io(std::io::Error),
     /// There is nothing in the file.
-    #[error(
-        "the file is empty; a recording starts with a header line such as `time_s,tip_deflection_m`"
-    )]
+    #[error("the file is empty; a recording starts with a header line such as `time_s,tip_deflection_m`")]
     Empty,
     /// The first line holds numbers.
     #[error("row 1 holds numbers, not names; add a header line such as `time_s,tip_deflection_m`")]
@@ -55,9 +50,7 @@ pub enum Problem {
     #[error("there is no column besides `time_s`; add at least one measured column")]
     NoDataColumn,
     /// Two columns carry the same name.
-    #[error(
-        "column `{column}` appears more than once (columns {first} and {second}); rename or remove one"
-    )]
+    #[error("column `{column}` appears more than once (columns {first} and {second}); rename or remove one")]
     DuplicateColumn {
         /// The repeated name.
         column: String,
@@ -101,9 +94,7 @@ pub enum Problem {
         text: String,
     },
     /// NaN or an infinity, written out or from a number too large for `f64`.
-    #[error(
-        "row {row}, column `{column}`: `{text}` is not a finite number; leave missing values empty"
-    )]
+    #[error("row {row}, column `{column}`: `{text}` is not a finite number; leave missing values empty")]
     NotFinite {
         /// Line of the file.
         row: u64,
@@ -152,10 +143,7 @@ pub enum Problem {
         found: usize,
     },
     /// A column that was asked for and is not there.
-    #[error(
-        "there is no column `{column}`; the columns are {}; name one of these",
-        list(present)
-    )]
+    #[error("there is no column `{column}`; the columns are {}; name one of these", list(present))]
     MissingColumn {
         /// The name asked for.
         column: String,

@@ -11,9 +11,8 @@ pub const TIME_COLUMN: &str = "time_s";
 pub const MIN_SAMPLES: usize = 4;
 
 /// Units written with more than one `_`-separated part, longest first.
-const COMPOUND_UNITS: [&str; 10] = [
-    "N_s_m", "rad_s2", "rad_s", "deg_s2", "deg_s", "mm_s2", "mm_s", "m_s2", "m_s", "N_m",
-];
+const COMPOUND_UNITS: [&str; 10] =
+    ["N_s_m", "rad_s2", "rad_s", "deg_s2", "deg_s", "mm_s2", "mm_s", "m_s2", "m_s", "N_m"];
 
 /// What a recording is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -75,22 +74,13 @@ pub struct Recording {
 impl Recording {
     /// A recording with time stamps (seconds) and no columns yet.
     pub fn new(name: impl Into<String>, time_s: Vec<f64>) -> Self {
-        Self {
-            name: name.into(),
-            time_s,
-            columns: Vec::new(),
-            role: None,
-            notes: toml::Table::new(),
-        }
+        Self { name: name.into(), time_s, columns: Vec::new(), role: None, notes: toml::Table::new() }
     }
 
     /// The same with one more column; `name` ends in its unit. Checked by [`Recording::check`].
     #[must_use]
     pub fn with_column(mut self, name: impl Into<String>, samples: Vec<f64>) -> Self {
-        self.columns.push(Column {
-            name: name.into(),
-            samples,
-        });
+        self.columns.push(Column { name: name.into(), samples });
         self
     }
 
@@ -111,10 +101,10 @@ impl Recording {
         }
         match self.columns.iter().find(|column| column.name == name) {
             Some(column) => Ok(&column.samples),
-            None => Err(self.error(Problem::MissingColumn {
-                column: name.to_owned(),
-                present: self.column_names(),
-            })),
+            None => {
+                Err(self
+                    .error(Problem::MissingColumn { column: name.to_owned(), present: self.column_names() }))
+            }
         }
     }
 
@@ -189,10 +179,7 @@ impl Recording {
     pub fn check(&self) -> Result<(), RecordingError> {
         check_names(&self.column_names()).map_err(|problem| self.error(problem))?;
         if self.len() < MIN_SAMPLES {
-            return Err(self.error(Problem::TooFewSamples {
-                found: self.len(),
-                required: MIN_SAMPLES,
-            }));
+            return Err(self.error(Problem::TooFewSamples { found: self.len(), required: MIN_SAMPLES }));
         }
         let mut previous_s = f64::NEG_INFINITY;
         for (row, &time_s) in (2..).zip(&self.time_s) {
@@ -204,17 +191,11 @@ impl Recording {
                 }));
             }
             if time_s <= previous_s {
-                return Err(self.error(Problem::TimeNotIncreasing {
-                    row,
-                    previous_s,
-                    time_s,
-                }));
+                return Err(self.error(Problem::TimeNotIncreasing { row, previous_s, time_s }));
             }
             previous_s = time_s;
         }
-        self.columns
-            .iter()
-            .try_for_each(|column| self.check_column(column))
+        self.columns.iter().try_for_each(|column| self.check_column(column))
     }
 
     fn check_column(&self, column: &Column) -> Result<(), RecordingError> {
@@ -225,10 +206,7 @@ impl Recording {
                 found: column.samples.len(),
             }));
         }
-        match (2..)
-            .zip(&column.samples)
-            .find(|(_, sample)| sample.is_infinite())
-        {
+        match (2..).zip(&column.samples).find(|(_, sample)| sample.is_infinite()) {
             Some((row, sample)) => Err(self.error(Problem::NotFinite {
                 row,
                 column: column.name.clone(),
@@ -244,15 +222,11 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), Problem> {
     match names.first() {
         None => return Err(Problem::Empty),
         Some(first) if first != TIME_COLUMN => {
-            let all_numbers = names
-                .iter()
-                .all(|name| name.is_empty() || name.parse::<f64>().is_ok());
+            let all_numbers = names.iter().all(|name| name.is_empty() || name.parse::<f64>().is_ok());
             return Err(if all_numbers {
                 Problem::NoHeader
             } else {
-                Problem::FirstColumnNotTime {
-                    found: shorten(first),
-                }
+                Problem::FirstColumnNotTime { found: shorten(first) }
             });
         }
         Some(_) => {}
@@ -263,19 +237,12 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), Problem> {
     let mut seen = std::collections::HashMap::new();
     for (position, name) in (1..).zip(names) {
         if let Some(first) = seen.insert(name.as_str(), position) {
-            return Err(Problem::DuplicateColumn {
-                column: shorten(name),
-                first,
-                second: position,
-            });
+            return Err(Problem::DuplicateColumn { column: shorten(name), first, second: position });
         }
         // A comma or line break inside a name would survive quoting, but no other tool could ask for it.
         let plain = !name.contains([',', '"', '\n', '\r']) && name.trim() == name;
         if !plain || unit_of(name).is_none() {
-            return Err(Problem::ColumnWithoutUnit {
-                column: shorten(name),
-                position,
-            });
+            return Err(Problem::ColumnWithoutUnit { column: shorten(name), position });
         }
     }
     Ok(())
@@ -283,17 +250,8 @@ pub(crate) fn check_names(names: &[String]) -> Result<(), Problem> {
 
 /// A cell as it may appear in a message: one line, at most 40 characters.
 pub(crate) fn shorten(text: &str) -> String {
-    let mut short: String = text
-        .chars()
-        .map(|character| {
-            if character.is_control() {
-                ' '
-            } else {
-                character
-            }
-        })
-        .take(40)
-        .collect();
+    let mut short: String =
+        text.chars().map(|character| if character.is_control() { ' ' } else { character }).take(40).collect();
     if text.chars().count() > 40 {
         short.push_str("...");
     }

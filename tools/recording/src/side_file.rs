@@ -48,8 +48,7 @@ pub(crate) fn write_beside(csv_path: &Path, recording: &Recording) -> Result<(),
         return Ok(());
     }
     let path = side_path(csv_path);
-    let text =
-        toml::to_string(&table).map_err(|error| refused(recording, &path, error.to_string()))?;
+    let text = toml::to_string(&table).map_err(|error| refused(recording, &path, error.to_string()))?;
     std::fs::write(&path, text).map_err(|error| refused(recording, &path, error.to_string()))
 }
 
@@ -58,10 +57,7 @@ fn side_path(csv_path: &Path) -> PathBuf {
 }
 
 fn refused(recording: &Recording, path: &Path, reason: String) -> RecordingError {
-    recording.error(Problem::SideFile {
-        side_file: path.display().to_string(),
-        reason,
-    })
+    recording.error(Problem::SideFile { side_file: path.display().to_string(), reason })
 }
 
 /// TOML errors span several lines; messages here are one line.

@@ -6,9 +6,7 @@ use stillbeam_recording::{Problem, parse_csv, to_csv};
 fn problem(text: &[u8]) -> Problem {
     let error = parse_csv(text, "bad.csv").expect_err("this file must be refused");
     assert!(error.to_string().starts_with("bad.csv: "), "{error}");
-    assert!(
-        error.to_string().contains(';') || matches!(error.problem, Problem::TooFewSamples { .. })
-    );
+    assert!(error.to_string().contains(';') || matches!(error.problem, Problem::TooFewSamples { .. }));
     error.problem
 }
 
@@ -24,11 +22,7 @@ macro_rules! refuses {
 
 refuses!(an_empty_file, b"", Problem::Empty);
 refuses!(a_file_of_blank_lines, b"\n\n\n", Problem::Empty);
-refuses!(
-    numbers_without_a_header,
-    b"0,1\n1,2\n2,3\n3,4\n4,5\n",
-    Problem::NoHeader
-);
+refuses!(numbers_without_a_header, b"0,1\n1,2\n2,3\n3,4\n4,5\n", Problem::NoHeader);
 refuses!(a_first_column_that_is_not_time, b"t,force_N\n0,1\n",
     Problem::FirstColumnNotTime { found } if found == "t");
 refuses!(semicolons_for_commas, b"time_s;force_N\n0;1\n",
@@ -36,103 +30,36 @@ refuses!(semicolons_for_commas, b"time_s;force_N\n0;1\n",
 refuses!(time_alone, b"time_s\n0\n1\n2\n3\n", Problem::NoDataColumn);
 refuses!(a_name_twice, b"time_s,a_m,b_m,a_m\n",
     Problem::DuplicateColumn { column, first: 2, second: 4 } if column == "a_m");
-refuses!(
-    time_twice,
-    b"time_s,time_s\n0,0\n",
-    Problem::DuplicateColumn { second: 2, .. }
-);
+refuses!(time_twice, b"time_s,time_s\n0,0\n", Problem::DuplicateColumn { second: 2, .. });
 refuses!(a_name_without_unit, b"time_s,force\n",
     Problem::ColumnWithoutUnit { column, position: 2 } if column == "force");
-refuses!(
-    a_name_with_an_empty_unit,
-    b"time_s,force_\n",
-    Problem::ColumnWithoutUnit { .. }
-);
-refuses!(
-    a_name_that_is_only_a_unit,
-    b"time_s,_N\n",
-    Problem::ColumnWithoutUnit { .. }
-);
-refuses!(
-    a_nameless_column,
-    b"time_s,\n0,1\n",
-    Problem::ColumnWithoutUnit { position: 2, .. }
-);
-refuses!(
-    a_short_row,
-    b"time_s,a_m,b_m\n0,1,1\n1,1\n",
-    Problem::RaggedRow {
-        row: 3,
-        expected: 3,
-        found: 2
-    }
-);
-refuses!(
-    a_long_row,
-    b"time_s,a_m\n0,1\n1,1,1\n",
-    Problem::RaggedRow {
-        row: 3,
-        expected: 2,
-        found: 3
-    }
-);
+refuses!(a_name_with_an_empty_unit, b"time_s,force_\n", Problem::ColumnWithoutUnit { .. });
+refuses!(a_name_that_is_only_a_unit, b"time_s,_N\n", Problem::ColumnWithoutUnit { .. });
+refuses!(a_nameless_column, b"time_s,\n0,1\n", Problem::ColumnWithoutUnit { position: 2, .. });
+refuses!(a_short_row, b"time_s,a_m,b_m\n0,1,1\n1,1\n", Problem::RaggedRow { row: 3, expected: 3, found: 2 });
+refuses!(a_long_row, b"time_s,a_m\n0,1\n1,1,1\n", Problem::RaggedRow { row: 3, expected: 2, found: 3 });
 refuses!(text_in_a_number, b"time_s,a_m\n0,1\n1,oops\n",
     Problem::NotANumber { row: 3, column, text } if column == "a_m" && text == "oops");
 refuses!(a_decimal_comma_in_quotes, b"time_s,a_m\n0,\"1,5\"\n",
     Problem::NotANumber { row: 2, text, .. } if text == "1,5");
 refuses!(nan_written_out, b"time_s,a_m\n0,1\n\n1,NaN\n",
     Problem::NotFinite { row: 4, text, .. } if text == "NaN");
-refuses!(
-    infinity_written_out,
-    b"time_s,a_m\n0,-inf\n",
-    Problem::NotFinite { row: 2, .. }
-);
-refuses!(
-    a_number_too_large,
-    b"time_s,a_m\n0,1e999\n",
-    Problem::NotFinite { row: 2, .. }
-);
-refuses!(
-    a_row_without_time,
-    b"time_s,a_m\n0,1\n,1\n",
-    Problem::MissingTime { row: 3 }
-);
+refuses!(infinity_written_out, b"time_s,a_m\n0,-inf\n", Problem::NotFinite { row: 2, .. });
+refuses!(a_number_too_large, b"time_s,a_m\n0,1e999\n", Problem::NotFinite { row: 2, .. });
+refuses!(a_row_without_time, b"time_s,a_m\n0,1\n,1\n", Problem::MissingTime { row: 3 });
 refuses!(
     time_going_backwards,
     b"time_s,a_m\n0,1\n2,1\n1,1\n3,1\n",
-    Problem::TimeNotIncreasing {
-        row: 4,
-        previous_s: 2.0,
-        time_s: 1.0
-    }
+    Problem::TimeNotIncreasing { row: 4, previous_s: 2.0, time_s: 1.0 }
 );
 refuses!(
     time_standing_still,
     b"time_s,a_m\n0,1\n1,1\n1,1\n3,1\n",
-    Problem::TimeNotIncreasing {
-        row: 4,
-        previous_s: 1.0,
-        time_s: 1.0
-    }
+    Problem::TimeNotIncreasing { row: 4, previous_s: 1.0, time_s: 1.0 }
 );
-refuses!(
-    three_samples,
-    b"time_s,a_m\n0,1\n1,1\n2,1\n",
-    Problem::TooFewSamples {
-        found: 3,
-        required: 4
-    }
-);
-refuses!(
-    a_cell_that_is_not_utf8,
-    b"time_s,a_m\n0,1\n1,\xff\xfe\n",
-    Problem::NotUtf8 { row: 3 }
-);
-refuses!(
-    a_header_that_is_not_utf8,
-    b"time_s,\xffa_m\n0,1\n",
-    Problem::NotUtf8 { row: 1 }
-);
+refuses!(three_samples, b"time_s,a_m\n0,1\n1,1\n2,1\n", Problem::TooFewSamples { found: 3, required: 4 });
+refuses!(a_cell_that_is_not_utf8, b"time_s,a_m\n0,1\n1,\xff\xfe\n", Problem::NotUtf8 { row: 3 });
+refuses!(a_header_that_is_not_utf8, b"time_s,\xffa_m\n0,1\n", Problem::NotUtf8 { row: 1 });
 
 #[test]
 fn a_missing_file_is_named() {
@@ -158,9 +85,7 @@ fn a_column_that_is_not_there_lists_those_that_are() {
 fn accepts_or_explains(bytes: &[u8]) {
     match parse_csv(bytes, "any.csv") {
         Ok(recording) => {
-            recording
-                .check()
-                .expect("the reader accepts nothing that check refuses");
+            recording.check().expect("the reader accepts nothing that check refuses");
             let mut text = Vec::new();
             to_csv(&mut text, &recording).unwrap();
             let again = parse_csv(text.as_slice(), "any.csv").unwrap();
@@ -177,11 +102,7 @@ fn valid_file() -> impl Strategy<Value = Vec<u8>> {
         for (step, value, missing) in rows {
             time_s += step;
             let value = if value.is_finite() { value } else { 0.0 };
-            let force = if missing {
-                String::new()
-            } else {
-                format!("{value}")
-            };
+            let force = if missing { String::new() } else { format!("{value}") };
             text.push_str(&format!("{time_s},{value:e},{force}\n"));
         }
         text.into_bytes()

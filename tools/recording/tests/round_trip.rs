@@ -5,14 +5,8 @@ use stillbeam_recording::{Problem, Recording, Role, parse_csv, read_csv, to_csv,
 fn sample() -> Recording {
     let time_s = vec![0.0, 0.1, 0.30000000000000004, 0.4, 1e5];
     Recording::new("sample", time_s)
-        .with_column(
-            "force_N",
-            vec![1.0 / 3.0, f64::MIN_POSITIVE, -1e300, 0.1 + 0.2, 5e-324],
-        )
-        .with_column(
-            "tip_deflection_m",
-            vec![f64::NAN, 1e-6, f64::NAN, -0.0, 3.0],
-        )
+        .with_column("force_N", vec![1.0 / 3.0, f64::MIN_POSITIVE, -1e300, 0.1 + 0.2, 5e-324])
+        .with_column("tip_deflection_m", vec![f64::NAN, 1e-6, f64::NAN, -0.0, 3.0])
 }
 
 #[test]
@@ -24,10 +18,7 @@ fn every_float_reads_back_as_the_same_bits() {
     for (written, read) in sample().columns.iter().zip(&again.columns) {
         assert_eq!(written.name, read.name);
         for (w, r) in written.samples.iter().zip(&read.samples) {
-            assert!(
-                w.to_bits() == r.to_bits() || (w.is_nan() && r.is_nan()),
-                "{w} became {r}"
-            );
+            assert!(w.to_bits() == r.to_bits() || (w.is_nan() && r.is_nan()), "{w} became {r}");
         }
     }
 }
@@ -37,9 +28,7 @@ fn role_and_notes_travel_in_the_side_file() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("run.csv");
     let mut recording = sample().with_role(Role::HeldOut);
-    recording
-        .notes
-        .insert("operator".into(), "A. Person".into());
+    recording.notes.insert("operator".into(), "A. Person".into());
     write_csv(&path, &recording).unwrap();
     let again = read_csv(&path).unwrap();
     assert_eq!(again.role, Some(Role::HeldOut));
@@ -56,9 +45,7 @@ fn an_unknown_role_is_refused_with_the_two_it_may_be() {
     let error = read_csv(&path).unwrap_err();
     assert!(matches!(error.problem, Problem::SideFile { .. }));
     let message = error.to_string();
-    assert!(
-        message.contains("train") && message.contains("held_out") && message.contains("run.toml")
-    );
+    assert!(message.contains("train") && message.contains("held_out") && message.contains("run.toml"));
 }
 
 #[test]
@@ -67,10 +54,7 @@ fn a_broken_side_file_is_refused() {
     let path = directory.path().join("run.csv");
     write_csv(&path, &sample()).unwrap();
     std::fs::write(directory.path().join("run.toml"), "role = = 3").unwrap();
-    assert!(matches!(
-        read_csv(&path).unwrap_err().problem,
-        Problem::SideFile { .. }
-    ));
+    assert!(matches!(read_csv(&path).unwrap_err().problem, Problem::SideFile { .. }));
 }
 
 #[test]
@@ -93,11 +77,8 @@ fn units_are_the_end_of_the_name() {
         ("m_s", "s"),
         ("nothing", ""),
     ];
-    let recording = grid
-        .iter()
-        .fold(Recording::new("u", vec![]), |r, (name, _)| {
-            r.with_column(*name, vec![])
-        });
+    let recording =
+        grid.iter().fold(Recording::new("u", vec![]), |r, (name, _)| r.with_column(*name, vec![]));
     for (column, (name, unit)) in recording.columns.iter().zip(grid) {
         assert_eq!(column.unit(), unit, "{name}");
     }

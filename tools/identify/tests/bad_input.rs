@@ -80,7 +80,7 @@ fn more_modes_than_stand_out_is_refused_with_those_found() {
 
 #[test]
 fn noise_alone_holds_no_modes() {
-    for seed in 0..20 {
+    for seed in 0..10 {
         let mut noise = Noise(seed);
         let still = with(sweep(), 1, |_, _| 0.0);
         let tip = still.time_s.iter().map(|_| noise.normal()).collect();

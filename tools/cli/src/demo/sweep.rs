@@ -39,8 +39,10 @@ pub fn run(
     let acceleration_mm_s2 = SHARE_OF_LIMITS * setting(session, "move.acceleration_mm_s2")?;
     let amplitude_mm =
         SWEEP.amplitude_mm.min(velocity_mm_s / omega).min(acceleration_mm_s2 / (omega * omega));
+    // Never rounded up, past a limit.
+    let amplitude_mm = (1e6 * amplitude_mm).floor() / 1e6;
     let SweepSpec { from_hz, to_hz, duration_s, .. } = SWEEP;
-    let command = format!("sweep exponential {from_hz} {to_hz} {duration_s} {amplitude_mm:.6}");
+    let command = format!("sweep exponential {from_hz} {to_hz} {duration_s} {amplitude_mm}");
     let decimation = decimation(session.tick_hz()?, STREAM_HZ);
     let mut tenths = tenths(progress);
     let motion = session.run_motion(&command, decimation, AFTER_S, &mut tenths)?;

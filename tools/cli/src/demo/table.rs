@@ -23,7 +23,7 @@ pub fn results_table(result: &DemoResult) -> String {
             None => format!("{:>9}{:>10}{:>9}", "-", "-", "-"),
         };
         let line = format!(
-            "{:18}|{:>9}{:>10.2}{:>9.3} |{paper} ",
+            "{:18}|{:>9}{:>10.2}{:>9.4} |{paper} ",
             row.shaper,
             row.settling_time_s.map_or_else(|| "never".to_owned(), |seconds| format!("{seconds:.2}")),
             row.overshoot_pct,

@@ -35,7 +35,7 @@ pub fn mode_table(modes: &IdentifiedModes) -> Markup {
         table {
             thead { tr {
                 th { "mode" } th { "frequency (Hz)" } th { "± (Hz)" } th { "damping ratio" } th { "±" }
-                th { "largest amplitude" } th { "participation" }
+                th { "largest amplitude (output unit)" } th { "participation" }
             } }
             tbody {
                 @for (number, mode) in (1..).zip(&modes.modes) {

@@ -63,7 +63,7 @@ const BOTTOM: f64 = 46.0;
 const COLOURS: [&str; 6] = ["#0060a8", "#c44e00", "#00795a", "#a0407c", "#8a6d00", "#3a3a3a"];
 const GREY: &str = "#9aa3ad";
 /// Width of a character of the legend, and of a character of the title, in pixels and on the wide side.
-const CHARACTER: (f64, f64) = (6.6, 8.0);
+const CHARACTER: (f64, f64) = (7.2, 8.0);
 
 impl Series {
     /// A plain line.

@@ -184,3 +184,19 @@ fn a_reader_that_has_enough_is_no_failure() {
     let run = child.wait_with_output().unwrap();
     assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
 }
+
+#[test]
+fn a_real_beam_rings_at_its_known_frequencies() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let data = std::env::var_os("STILLBEAM_DATA").map_or(root, std::path::PathBuf::from);
+    let file = data.join("cantilever_downey/beam_impulse_ringdown.csv");
+    if !file.is_file() {
+        eprintln!("NOT RUN: {} is not here; set STILLBEAM_DATA to the folder that holds it", file.display());
+        return;
+    }
+    let identified = json(&accepted(&["identify", file.to_str().unwrap(), "--json", "-"]));
+    for (mode, hz) in [6.62, 41.4, 117.0].into_iter().enumerate() {
+        let found = identified["modes"][mode]["frequency_hz"]["value"].as_f64().unwrap();
+        assert!((found / hz - 1.0).abs() < 5e-3, "{found} where {hz} is known");
+    }
+}

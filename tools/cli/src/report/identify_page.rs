@@ -7,6 +7,9 @@ use super::frequency_response;
 use super::page::{figure, page, warnings};
 use super::plot::{Chart, Series, Style};
 
+/// Periods of the slowest mode in the close view.
+const SHOWN_PERIODS: f64 = 12.0;
+
 /// The page for one or more recordings.
 pub fn identify_page(results: &[IdentifiedModes]) -> String {
     let body = html! {
@@ -63,12 +66,23 @@ pub fn charts(modes: &IdentifiedModes) -> Vec<Chart> {
     if !fit.time_s.is_empty() {
         let left = fit.measured.iter().zip(&fit.fitted).map(|(measured, fitted)| measured - fitted);
         let left: Vec<f64> = left.collect();
-        charts.push(
-            Chart::new("Recorded output and fit", "time (s)", modes.output.clone())
-                .with(Series::line("recorded", pairs(&fit.measured)).styled(Style::Reference))
-                .with(Series::line("fitted", pairs(&fit.fitted)))
-                .with(Series::line("recorded minus fitted", pairs(&left))),
-        );
+        let whole = Chart::new("Recorded output and fit", "time (s)", modes.output.clone())
+            .with(Series::line("recorded", pairs(&fit.measured)).styled(Style::Reference))
+            .with(Series::line("fitted", pairs(&fit.fitted)))
+            .with(Series::line("recorded minus fitted", pairs(&left)));
+        let loudest = fit.measured.iter().zip(&fit.time_s).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
+        let slowest_hz = modes.modes.iter().map(|mode| mode.frequency_hz.value).fold(f64::INFINITY, f64::min);
+        if let Some((_, middle_s)) = loudest.filter(|_| slowest_hz.is_finite()) {
+            let half_s = 0.5 * SHOWN_PERIODS / slowest_hz;
+            let [first_s, last_s] = modes.window_s;
+            let mut close = whole.clone();
+            close.title = "The same around its largest deflection".to_owned();
+            close.x_range = Some(((middle_s - half_s).max(first_s), (middle_s + half_s).min(last_s)));
+            charts.push(whole);
+            charts.push(close);
+        } else {
+            charts.push(whole);
+        }
     }
     charts.extend(frequency_response::chart(modes));
     if let Some(spectrum) = &modes.spectrum {

@@ -121,12 +121,10 @@ impl Chart {
             &self.title,
         );
         frame.axes(&mut svg, self);
-        for (place, label) in &self.marks {
-            frame.mark(&mut svg, *place, label);
-        }
         for (series, colour) in self.coloured() {
             frame.draw(&mut svg, series, colour, self.log_y);
         }
+        frame.marks(&mut svg, &self.marks);
         for (row, entries) in self.legend_rows().iter().enumerate() {
             draw_legend_row(&mut svg, entries, 16.0 + LEGEND_ROW * row as f64);
         }
@@ -237,18 +235,28 @@ impl Frame {
         text(svg, (16.0, middle), "middle", &turned, &chart.y_label);
     }
 
-    fn mark(&self, svg: &mut String, place: f64, label: &str) {
-        if !(self.x.0..=self.x.1).contains(&place) {
-            return;
+    /// Vertical lines, labelled at the top; labels that would run into each other go one below the other.
+    fn marks(&self, svg: &mut String, marks: &[(f64, String)]) {
+        let mut row_ends: Vec<f64> = Vec::new();
+        for (place, label) in marks.iter().filter(|(place, _)| (self.x.0..=self.x.1).contains(place)) {
+            let x = self.x(*place);
+            let _written = write!(
+                svg,
+                "<line x1=\"{x:.1}\" y1=\"{:.1}\" x2=\"{x:.1}\" y2=\"{:.1}\" stroke=\"#6b7480\" stroke-dasharray=\"3 3\"/>",
+                self.top, self.bottom
+            );
+            let width = 12.0 + CHARACTER.0 * label.chars().count() as f64;
+            let (from, at, anchor) =
+                if x + width > WIDTH - RIGHT { (x - width, x - 5.0, "end") } else { (x, x + 5.0, "start") };
+            let row = row_ends.iter().position(|end| *end <= from).unwrap_or(row_ends.len());
+            row_ends.resize(row_ends.len().max(row + 1), 0.0);
+            if let Some(end) = row_ends.get_mut(row) {
+                *end = from + width;
+            }
+            // The white outline keeps it readable where it crosses a curve.
+            let style = "fill=\"#1a1f24\" font-size=\"11\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"";
+            text(svg, (at, self.top + 14.0 + 14.0 * row as f64), anchor, style, label);
         }
-        let x = self.x(place);
-        let _written = write!(
-            svg,
-            "<line x1=\"{x:.1}\" y1=\"{:.1}\" x2=\"{x:.1}\" y2=\"{:.1}\" stroke=\"#6b7480\" stroke-dasharray=\"3 3\"/>",
-            self.top, self.bottom
-        );
-        let (at, anchor) = if x > WIDTH - 160.0 { (x - 5.0, "end") } else { (x + 5.0, "start") };
-        text(svg, (at, self.bottom - 7.0), anchor, "fill=\"#3d4650\" font-size=\"11\"", label);
     }
 
     fn draw(&self, svg: &mut String, series: &Series, colour: &str, log_y: bool) {

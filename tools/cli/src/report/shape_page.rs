@@ -41,7 +41,7 @@ pub fn shape_page(design: &ShaperDesign, table: &ShaperTable, frequency_box: f64
         p.muted {
             "Residual: amplitude of the vibration left behind, relative to the unshaped command, computed from the integer taps that the board runs."
         }
-        (figure(&residual_chart(design, table), "Each dip is a mode; its width is the robustness."))
+        (figure(&residual_chart(design, table), "The marked frequencies are those designed for; the flatter the curve there, the further they may be off."))
         (figure(&impulse_chart, ""))
     };
     page("Shaper", &body)

@@ -6,4 +6,3 @@ pub mod identify_page;
 pub mod page;
 pub mod plot;
 pub mod shape_page;
-mod ticks;

@@ -151,23 +151,18 @@ proptest! {
         let hull_nm = from_nm.min(to_nm)..=from_nm.max(to_nm);
         let mut changes = changes.into_iter();
         let mut next_change = changes.next();
-        let mut longest = 0;
         let mut tick = 0;
         let mut last_change = 0;
         while tick < moving_ticks + 5000 {
-            if let Some((modes, wait)) = &next_change {
-                if tick >= last_change + wait {
-                    if let Some(history) = spare.take() {
-                        let table = table(modes, 1000.0);
-                        longest = longest.max(table.duration_ticks());
-                        let cascade = Cascade::new(&table, history).expect("fits");
-                        spare = shaping
-                            .hand_over(cascade, Nanometres(command_nm), quiet)
-                            .expect("none under way");
-                        last_change = tick;
-                        next_change = changes.next();
-                    }
-                }
+            if let Some((modes, wait)) = &next_change
+                && tick >= last_change + wait
+                && let Some(history) = spare.take()
+            {
+                let table = table(modes, 1000.0);
+                let cascade = Cascade::new(&table, history).expect("fits");
+                spare = shaping.hand_over(cascade, Nanometres(command_nm), quiet).expect("none under way");
+                last_change = tick;
+                next_change = changes.next();
             }
             if tick < moving_ticks {
                 command_nm += step_nm;

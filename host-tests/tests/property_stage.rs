@@ -132,8 +132,10 @@ fn rounding_impulses_to_ticks_is_worse_by_orders_of_magnitude() {
 fn a_mode_at_half_the_tick_rate_or_above_is_refused() {
     let rate = rate(200.0);
     for (frequency_hz, accepted) in [(99.9, true), (100.0, false), (101.0, false), (5000.0, false)] {
-        let mode = Mode::new(frequency_hz, 0.0, ShaperType::Zvdd).expect("a valid mode");
-        assert_eq!(Stage::design(&mode, rate).is_ok(), accepted, "{frequency_hz} Hz");
+        for damping_ratio in [0.0, 0.5] {
+            let mode = Mode::new(frequency_hz, damping_ratio, ShaperType::Zvdd).expect("a valid mode");
+            assert_eq!(Stage::design(&mode, rate).is_ok(), accepted, "{frequency_hz} Hz, {damping_ratio}");
+        }
     }
 }
 

@@ -49,10 +49,11 @@ impl Stage {
     /// Designs the stage of `mode` for a tick rate.
     ///
     /// # Errors
-    /// [`ModeError::AboveNyquist`] when the damped mode does not ring below half the tick rate.
+    /// [`ModeError::AboveNyquist`] when the mode's frequency is not below half the tick rate.
     pub fn design(mode: &Mode, tick_rate: TickRate) -> Result<Self, ModeError> {
         let theta = mode.omega_damped() * tick_rate.period_s();
-        if theta >= core::f64::consts::PI {
+        // The damped frequency would do for the mathematics; this is the rule that a person can apply.
+        if 2.0 * mode.frequency_hz() >= tick_rate.hz() {
             return Err(ModeError::AboveNyquist { frequency_hz: mode.frequency_hz(), tick_rate });
         }
         let zv = split_half_period(mode.damping_ratio() * mode.omega() * tick_rate.period_s(), theta);

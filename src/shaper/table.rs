@@ -81,7 +81,8 @@ impl ShaperTable {
 
     /// How far a ramp is delayed, in seconds.
     pub fn delay_s(&self) -> f64 {
-        self.stages.iter().map(Stage::delay_ticks).sum::<f64>() * self.tick_rate.period_s()
+        // Not `sum`: of nothing at all that is −0, and would be printed so.
+        self.stages.iter().fold(0.0, |sum, stage| sum + stage.delay_ticks()) * self.tick_rate.period_s()
     }
 
     /// How long the shaper lasts, in seconds.

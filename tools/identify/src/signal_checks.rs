@@ -46,8 +46,6 @@ pub(crate) fn sweep_rate_at(time_s: &[f64], input: &[f64], frequency_hz: f64) ->
         }
     }
     // Whole periods: half ones alternate when the mean is a little off.
-    // Whole periods: half ones alternate when the mean is a little off.
-    // Whole periods: half ones alternate when the mean is a little off.
     let points: Vec<(f64, f64)> =
         crossings.windows(3).map(|c| (0.5 * (c[0] + c[2]), 1.0 / (c[2] - c[0]))).collect();
     // A sweep: over an eighth of it the frequency always moves the same way.

@@ -40,7 +40,8 @@ pub(crate) struct CrossSpectra {
 }
 
 impl CrossSpectra {
-    /// Averages over segments of `length` samples that overlap by half.
+    /// Averages over segments of `length` samples that overlap by half or a little more, so that the last one ends
+    /// with the record: a sweep's last octave is in its last seconds.
     pub(crate) fn welch(
         input: &[f64],
         output: &[f64],
@@ -69,8 +70,7 @@ impl CrossSpectra {
             output: vec![0.0; bins],
             cross: vec![Complex64::new(0.0, 0.0); bins],
         };
-        let hop = length.div_ceil(2);
-        let starts: Vec<usize> = (0..=total.saturating_sub(length)).step_by(hop).collect();
+        let starts = segment_starts(total, length);
         let power: f64 = weights.iter().map(|w| w * w).sum();
         let scale = 2.0 * interval_s / (power * starts.len() as f64);
         for start in starts {
@@ -154,9 +154,28 @@ pub(crate) fn local_median(values: &[f64], k: usize, reach: usize) -> f64 {
     *around.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// Where segments start that cover `total` samples, the first at the beginning and the last at the end, each
+/// at most half a segment after the one before.
+fn segment_starts(total: usize, length: usize) -> Vec<usize> {
+    let last = total.saturating_sub(length);
+    let gaps = last.div_ceil((length / 2).max(1));
+    (0..=gaps).map(|gap| (gap * last).checked_div(gaps).unwrap_or(0)).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn segments_cover_the_whole_record_and_overlap_by_half_or_more() {
+        for total in [1, 2, 7, 8, 9, 100, 1000, 8501] {
+            for length in [1, 2, 3, 8, 97, 2125].into_iter().filter(|length| *length <= total) {
+                let starts = segment_starts(total, length);
+                assert_eq!((starts[0], starts[starts.len() - 1] + length), (0, total));
+                assert!(starts.windows(2).all(|pair| pair[1] - pair[0] <= (length / 2).max(1)));
+            }
+        }
+    }
 
     #[test]
     fn prominence_is_measured_from_the_higher_valley() {

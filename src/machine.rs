@@ -12,6 +12,9 @@ use crate::telemetry::{Sample, Status};
 /// 108 KiB of the 128 KiB of main memory. At 4 kHz a table may last 3.45 s in total.
 pub const HISTORY_SAMPLES: usize = 13_824;
 
+/// The clock of the board's tick timer, in hertz. A tick takes a whole number of its periods.
+pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
+
 /// Samples that wait for the serial port: 64 ms at 4 kHz when every tick is streamed.
 const SAMPLE_QUEUE: usize = 256;
 

@@ -18,18 +18,15 @@ mod image {
     use static_cell::ConstStaticCell;
     use stillbeam_firmware::board::{self, clocks, executor, outputs, serial, tick_timer};
     use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
-    use stillbeam_firmware::machine::Machine;
+    use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::telemetry::Sample;
     #[cfg(feature = "defmt")]
     use {defmt_rtt as _, panic_probe as _};
 
     static MACHINE: ConstStaticCell<Machine<'static>> = ConstStaticCell::new(Machine::new());
 
-    const IDENTITY: Identity = Identity {
-        version: env!("CARGO_PKG_VERSION"),
-        board: "stm32f405rg",
-        timer_clock_hz: board::TIMER_CLOCK_HZ,
-    };
+    const IDENTITY: Identity =
+        Identity { version: env!("CARGO_PKG_VERSION"), board: "stm32f405rg", timer_clock_hz: TIMER_CLOCK_HZ };
 
     #[cortex_m_rt::entry]
     fn main() -> ! {

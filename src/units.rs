@@ -46,6 +46,17 @@ impl TickRate {
         (hz >= Self::RANGE_HZ.0 && hz <= Self::RANGE_HZ.1).then_some(Self { hz })
     }
 
+    /// How many periods of a timer clock make one tick at the attainable rate nearest to this one.
+    pub fn clocks_per_tick(self, timer_clock_hz: u32) -> u32 {
+        libm::round(f64::from(timer_clock_hz) / self.hz).max(1.0) as u32
+    }
+
+    /// The rate nearest to this one that divides a timer clock by a whole number; tables are designed for it.
+    pub fn attainable(self, timer_clock_hz: u32) -> Self {
+        let clocks = f64::from(self.clocks_per_tick(timer_clock_hz));
+        Self::from_hz(f64::from(timer_clock_hz) / clocks).unwrap_or(self)
+    }
+
     /// Ticks per second.
     pub fn hz(self) -> f64 {
         self.hz

@@ -2,11 +2,11 @@
 
 use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, TickOutput};
-use stillbeam_firmware::machine::Machine;
+use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
 use stillbeam_firmware::telemetry::{Activity, Sample};
 
 /// The identity of the real board, so that tables come out the same.
-pub const IDENTITY: Identity = Identity { version: "bench", board: "bench", timer_clock_hz: 84_000_000 };
+pub const IDENTITY: Identity = Identity { version: "bench", board: "bench", timer_clock_hz: TIMER_CLOCK_HZ };
 
 /// Console, tick and samples of one machine.
 pub struct Bench {

@@ -23,7 +23,7 @@ fn a_refused_line_changes_nothing_and_says_why() {
         ("set mode1.frequency_hz inf", "err syntax mode1.frequency_hz: not a number"),
         ("set mode1.frequency_hz 0", "err range mode1.frequency_hz: 0 is outside 0.01..10000 Hz"),
         ("set mode1.frequency_hz -1", "err range mode1.frequency_hz: -1 is outside "),
-        ("set mode1.damping_ratio 1", "err range mode1.damping_ratio: 1 is outside 0..0.99"),
+        ("set mode1.damping_ratio 1", "err range mode1.damping_ratio: 1 is outside 0..0.9"),
         ("set mode1.damping_ratio -0.1", "err range mode1.damping_ratio: -0.1 is outside "),
         ("set mode1.type zvx", "err syntax mode1.type: unknown shaper type; use off, zv, zvd or zvdd"),
         ("set tick.rate_hz 100", "err range tick.rate_hz: 100 is outside 200..20000 Hz"),
@@ -109,6 +109,16 @@ fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
         bench.accept(&format!("set {name} {default}"));
         assert!(bench.send(&format!("help {name}"))[0].starts_with(&format!("{name}: ")));
         assert!(bench.accept(&format!("help {name}")).starts_with("ok help"));
+    }
+}
+
+#[test]
+fn every_command_is_explained_alone_too() {
+    let mut bench = Bench::new();
+    let list = bench.send("help");
+    for usage in list.iter().filter(|line| !line.starts_with(' ') && !line.starts_with("ok")) {
+        let command = usage.split(' ').next().expect("a word");
+        assert_eq!(bench.send(&format!("help {command}"))[0], *usage);
     }
 }
 

@@ -20,9 +20,6 @@ pub mod panic;
 pub mod serial;
 pub mod tick_timer;
 
-/// The tick timer counts at twice the APB1 clock.
-pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
-
 /// Called once, when clocks and peripherals are configured and before the first tick. It does nothing: it is
 /// the place where a debugger or an emulator's harness knows that start-up is over.
 // SAFETY: the symbol's name is unique to this project, so it shadows nothing.

@@ -153,7 +153,7 @@ impl<'m> Console<'m> {
         command: &'static str,
     ) -> Result<(), CommandError<'static>> {
         self.require_taken(command)?;
-        let tick_rate = self.identity.attainable(settings.tick_rate());
+        let tick_rate = settings.tick_rate().attainable(self.identity.timer_clock_hz);
         if tick_rate != self.table.tick_rate() {
             self.require_rest(command)?;
         } else if self.status.activity() == Activity::Sweeping {

@@ -98,7 +98,9 @@ impl fmt::Display for CommandError<'_> {
             Self::UnknownCommand(name) => {
                 write!(f, "unknown-command {name}: no such command; 'help' lists them")
             }
-            Self::UnknownName(name) => write!(f, "unknown-name {name}: no such setting; 'get' lists them"),
+            Self::UnknownName(name) => {
+                write!(f, "unknown-name {name}: no such setting; 'get' lists them, 'help' the commands")
+            }
             Self::Usage { command, usage } => write!(f, "syntax {command}: usage: {usage}"),
             Self::Value { key, refusal: refusal @ (Refusal::NotANumber | Refusal::UnknownType) } => {
                 write!(f, "syntax {key}: {refusal}")

@@ -6,8 +6,8 @@ use super::error::CommandError;
 use crate::settings::{Key, Settings, Value};
 
 /// What `help` lists, in the order in which a newcomer needs it.
-const COMMANDS: [(&str, &str); 14] = [
-    ("help [NAME]", "this list, or the meaning, unit, range and default of a setting"),
+static COMMANDS: [(&str, &str); 14] = [
+    ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, and how many samples were dropped"),
     ("get [NAME]", "settings as 'NAME = live [default] staged ...'"),
@@ -32,19 +32,24 @@ pub(super) fn help<'l>(
         return Err(CommandError::Usage { command: "help", usage: "help [NAME]" });
     }
     let printed = match name {
-        None => list(out),
-        Some(name) => describe(name.parse().map_err(|_| CommandError::UnknownName(name))?, out),
+        None => COMMANDS.iter().try_for_each(|command| print(command, out)),
+        Some(name) => match command(name) {
+            Some(command) => print(command, out),
+            None => describe(name.parse().map_err(|_| CommandError::UnknownName(name))?, out),
+        },
     };
     // The reply is below MAX_REPLY by test, so there is nothing to report.
     let _best_effort = printed.and_then(|()| out.write_str("ok help\r\n"));
     Ok(())
 }
 
-fn list(out: &mut dyn Write) -> core::fmt::Result {
-    for (usage, meaning) in COMMANDS {
-        write!(out, "{usage}\r\n    {meaning}\r\n")?;
-    }
-    Ok(())
+/// The command whose first word this is.
+fn command(name: &str) -> Option<&'static (&'static str, &'static str)> {
+    COMMANDS.iter().find(|(usage, _)| usage.split(' ').next() == Some(name))
+}
+
+fn print((usage, meaning): &(&str, &str), out: &mut dyn Write) -> core::fmt::Result {
+    write!(out, "{usage}\r\n    {meaning}\r\n")
 }
 
 fn describe(key: Key, out: &mut dyn Write) -> core::fmt::Result {

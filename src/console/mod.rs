@@ -35,19 +35,6 @@ pub struct Identity {
     pub timer_clock_hz: u32,
 }
 
-impl Identity {
-    /// How many timer clocks make one tick at the attainable rate nearest to `wanted`.
-    pub fn clocks_per_tick(&self, wanted: TickRate) -> u32 {
-        libm::round(f64::from(self.timer_clock_hz) / wanted.hz()).max(1.0) as u32
-    }
-
-    /// The rate that the timer can run nearest to `wanted`; tables are designed for it.
-    pub fn attainable(&self, wanted: TickRate) -> TickRate {
-        let clocks = f64::from(self.clocks_per_tick(wanted));
-        TickRate::from_hz(f64::from(self.timer_clock_hz) / clocks).unwrap_or(wanted)
-    }
-}
-
 /// The state of the console.
 pub struct Console<'m> {
     identity: Identity,
@@ -128,7 +115,7 @@ impl<'m> Console<'m> {
 
     /// Timer clocks per tick at that rate.
     pub fn clocks_per_tick(&self) -> u32 {
-        self.identity.clocks_per_tick(self.tick_rate())
+        self.tick_rate().clocks_per_tick(self.identity.timer_clock_hz)
     }
 
     fn prompt(&self, out: &mut dyn Write) {

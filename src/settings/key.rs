@@ -150,7 +150,7 @@ impl Key {
         match self {
             Self::TickRate => TickRate::RANGE_HZ,
             Self::Mode(_, ModeKey::Frequency) => (Mode::MIN_FREQUENCY_HZ, TickRate::RANGE_HZ.1 / 2.0),
-            Self::Mode(_, ModeKey::DampingRatio) => (0.0, 0.99),
+            Self::Mode(_, ModeKey::DampingRatio) => (0.0, Mode::MAX_DAMPING_RATIO),
             Self::Mode(_, ModeKey::Type) => (0.0, 0.0),
             Self::Velocity => (0.01, 10_000.0),
             Self::Acceleration => (0.1, 200_000.0),

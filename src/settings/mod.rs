@@ -34,7 +34,7 @@ pub struct Settings {
 
 impl Settings {
     /// The requested tick rate. The board's timer divides its clock by a whole number, so the tick
-    /// rate it can run is the nearest that [`crate::console::Identity::attainable`] gives.
+    /// rate it can run is the nearest that [`TickRate::attainable`] gives.
     pub fn tick_rate(&self) -> TickRate {
         self.tick_rate
     }

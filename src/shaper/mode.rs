@@ -77,12 +77,17 @@ impl Mode {
     /// The lowest frequency that any tick rate and any memory could shape, in hertz.
     pub const MIN_FREQUENCY_HZ: f64 = 0.01;
 
-    /// A mode with undamped natural frequency `frequency_hz` and `damping_ratio` in 0 ≤ ζ < 1.
+    /// The largest damping ratio. Past it a mode has died away by a factor of 650 after half a period, and there is
+    /// nothing to shape.
+    pub const MAX_DAMPING_RATIO: f64 = 0.9;
+
+    /// A mode with undamped natural frequency `frequency_hz` and `damping_ratio` from zero to
+    /// [`Self::MAX_DAMPING_RATIO`].
     pub fn new(frequency_hz: f64, damping_ratio: f64, shaper: ShaperType) -> Result<Self, ModeError> {
-        if !(frequency_hz >= Self::MIN_FREQUENCY_HZ && frequency_hz.is_finite()) {
+        if !frequency_hz.is_finite() || frequency_hz < Self::MIN_FREQUENCY_HZ {
             return Err(ModeError::Frequency { frequency_hz });
         }
-        if !(0.0..1.0).contains(&damping_ratio) {
+        if !(0.0..=Self::MAX_DAMPING_RATIO).contains(&damping_ratio) {
             return Err(ModeError::DampingRatio { damping_ratio });
         }
         Ok(Self { frequency_hz, damping_ratio, shaper })
@@ -132,7 +137,7 @@ pub enum ModeError {
         /// The refused value.
         frequency_hz: f64,
     },
-    /// The damping ratio is not in 0 ≤ ζ < 1.
+    /// The damping ratio is negative, too large or not a number.
     DampingRatio {
         /// The refused value.
         damping_ratio: f64,
@@ -150,10 +155,14 @@ impl fmt::Display for ModeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Frequency { frequency_hz } => {
-                write!(f, "frequency {frequency_hz} Hz must be at least {} Hz", Mode::MIN_FREQUENCY_HZ)
+                write!(
+                    f,
+                    "frequency {frequency_hz:?} Hz must be finite and at least {} Hz",
+                    Mode::MIN_FREQUENCY_HZ
+                )
             }
             Self::DampingRatio { damping_ratio } => {
-                write!(f, "damping ratio {damping_ratio} must be at least 0 and below 1")
+                write!(f, "damping ratio {damping_ratio} must be from 0 to {}", Mode::MAX_DAMPING_RATIO)
             }
             Self::AboveNyquist { frequency_hz, tick_rate } => write!(
                 f,

@@ -20,6 +20,7 @@ pub mod commands;
 pub mod demo;
 pub mod error;
 pub mod identification;
+pub mod outputs;
 pub mod report;
 pub mod streams;
 pub mod workspace;

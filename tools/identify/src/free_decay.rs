@@ -24,7 +24,8 @@ use crate::warnings::{Quantity, Warning, WarningKind};
 pub struct FreeDecayOptions {
     /// Output column: any quantity that rings.
     pub output: String,
-    /// How many modes, most energetic first; `None` takes all that stand well above the noise.
+    /// How many modes; `None` takes all that stand well above the noise. Of more than that many the lowest are taken:
+    /// they move the structure most, whatever quantity was recorded.
     pub modes: Option<usize>,
     /// Where the free decay begins, s in the recording's time; `None` takes the largest deflection.
     pub start_s: Option<f64>,
@@ -55,7 +56,7 @@ pub fn identify_free_decay(
     check_modes(options.modes)?;
     let record = DecayRecord::new(recording, options)?;
     let uniform = Uniform::new(&record.time_s, &record.output);
-    let mut parts = find_parts(&uniform, options.modes);
+    let mut parts = lowest_parts(&uniform, options.modes);
     if parts.is_empty() {
         let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
         parts.extend(heavily_damped(&record.time_s, &record.output, &whole));
@@ -82,6 +83,18 @@ pub fn identify_free_decay(
         let mut index = 0..;
         parts.retain(|_| index.next().is_none_or(|index: usize| kept[index]));
     }
+}
+
+/// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that many.
+fn lowest_parts(uniform: &Uniform, wanted: Option<usize>) -> Vec<Part> {
+    let mut parts = find_parts(uniform, None);
+    let Some(wanted) = wanted else { return parts };
+    if parts.len() < wanted {
+        return find_parts(uniform, Some(wanted));
+    }
+    parts.sort_by(|a, b| a.pole.frequency_hz.total_cmp(&b.pole.frequency_hz));
+    parts.truncate(wanted);
+    parts
 }
 
 /// How much larger the damping of the whole record may be than that of a mode's band alone.

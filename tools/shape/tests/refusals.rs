@@ -32,7 +32,7 @@ fn bad_specifications_name_the_part_and_the_remedy() {
         ("-1,0.01", &["frequency -1 Hz"]),
         ("NaN,0.01", &["frequency NaN Hz"]),
         ("inf,0.01", &["frequency inf Hz"]),
-        ("1.1,1", &["damping ratio 1", "below 1"]),
+        ("1.1,1", &["damping ratio 1", "from 0 to 0.9"]),
         ("1.1,-0.1", &["damping ratio -0.1"]),
         ("1.1,NaN", &["damping ratio NaN"]),
     ] {

@@ -9,12 +9,9 @@ use std::fmt;
 use std::time::Duration;
 
 use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
-use stillbeam_firmware::machine::{Machine, Parts};
+use stillbeam_firmware::machine::{Machine, Parts, TIMER_CLOCK_HZ};
 
 use super::ByteLink;
-
-/// The clock of the real board's tick timer, so that tick rates come out the same.
-const TIMER_CLOCK_HZ: u32 = 84_000_000;
 
 /// The core as a board.
 pub struct InProcessBoard {

@@ -14,16 +14,23 @@ use crate::streams::Streams;
 /// How long to listen after the last line was sent.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
+/// A word of this program, not of the board: wait until nothing moves.
+const WAIT: &str = "wait";
+
+/// How long that may take. The longest sweep takes an hour.
+const LONGEST_WAIT: Duration = Duration::from_secs(2 * 3600);
+
 /// Talk to a board's console, line by line.
 ///
 /// Lines from standard input go to the port, everything from the port to standard output; ctrl-d ends. With
-/// --command nothing is read from standard input, and a refused command ends with exit status 2.
+/// --command nothing is read from standard input, and a refused command ends with exit status 2; the command
+/// `wait` waits until nothing moves.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
   stillbeam console --port /dev/ttyACM0
   stillbeam console --port /dev/ttyACM0 --command 'set mode1.frequency_hz 1.1' --command apply
-  stillbeam console --port core --command help")]
+  stillbeam console --port core --command 'move 50' --command wait --command status")]
 pub struct ConsoleArgs {
     /// The serial port; with --command also core or qemu
     #[arg(long, value_name = "PATH")]
@@ -39,8 +46,19 @@ impl ConsoleArgs {
     }
 
     fn send(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        for command in &self.commands {
+            if command.trim().is_empty() || command.contains(char::is_control) {
+                return Err(CliError::Usage(format!(
+                    "--command {command:?}: give one line of text; repeat --command for more"
+                )));
+            }
+        }
         let mut session = BoardTarget::parse(&self.port).connect(&mut |line| streams.say(line))?;
         for command in &self.commands {
+            if command.trim() == WAIT {
+                session.wait_for_rest(LONGEST_WAIT)?;
+                continue;
+            }
             let reply = session.command(command.trim())?;
             for line in reply.lines.iter().chain([&reply.ok_line]) {
                 writeln!(streams.out, "{line}")?;

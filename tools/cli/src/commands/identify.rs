@@ -12,6 +12,7 @@ use crate::error::CliError;
 use crate::identification::columns::output_column;
 use crate::identification::combined::combine;
 use crate::identification::modal_file::modal_model_text;
+use crate::outputs::keep_apart;
 use crate::report::identify_page::identify_page;
 use crate::streams::{Streams, json_on_stdout};
 
@@ -34,7 +35,8 @@ pub struct IdentifyArgs {
     /// The column that responds; by default the tip's, or the only one there is
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
-    /// How many modes; by default all that stand out
+    /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those that
+    /// explain most of it
     #[arg(long, value_name = "N")]
     modes: Option<usize>,
     /// Write JSON to this file, or to standard output for -
@@ -50,6 +52,10 @@ pub struct IdentifyArgs {
 
 impl IdentifyArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        keep_apart(
+            self.recordings.iter().map(PathBuf::as_path),
+            [self.json.as_deref(), self.report.as_deref(), self.model_out.as_deref()],
+        )?;
         let results: Vec<IdentifiedModes> =
             self.recordings.iter().map(|path| self.identify(path, streams)).collect::<Result<_, _>>()?;
         let combined = combine(&results);

@@ -5,6 +5,7 @@ pub mod demo;
 pub mod flash;
 pub mod identify;
 pub mod model;
+pub mod record;
 pub mod shape;
 pub mod simulate;
 
@@ -38,6 +39,7 @@ enum Command {
     Simulate(simulate::SimulateArgs),
     Model(model::ModelArgs),
     Console(console::ConsoleArgs),
+    Record(record::RecordArgs),
     Flash(flash::FlashArgs),
     Demo(demo::DemoArgs),
 }
@@ -54,6 +56,7 @@ impl Cli {
             Command::Simulate(args) => args.run(streams),
             Command::Model(args) => args.run(streams),
             Command::Console(args) => args.run(streams),
+            Command::Record(args) => args.run(streams),
             Command::Flash(args) => args.run(streams),
             Command::Demo(args) => args.run(streams),
         }

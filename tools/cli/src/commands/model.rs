@@ -8,6 +8,7 @@ use stillbeam_plant::Model;
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
 
 use crate::error::CliError;
+use crate::outputs::keep_apart;
 use crate::streams::{Streams, json_on_stdout};
 
 /// Frequencies, damping ratios and participations of a model.
@@ -47,6 +48,7 @@ struct ModeEntry {
 
 impl ModelArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        keep_apart([self.model.as_path()], [self.json.as_deref()])?;
         let model = Model::read(&self.model)?;
         let file = self.model.display().to_string();
         let modes = match &model {

@@ -3,11 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use stillbeam_firmware::shaper::{Mode, ShaperType};
+use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
+use stillbeam_firmware::shaper::{MAX_MODES, Mode, ShaperType};
+use stillbeam_firmware::units::TickRate;
 use stillbeam_shape::{DEFAULT_TYPE, DesignOptions, ShaperDesign, parse_mode, parse_type};
 
 use crate::error::CliError;
 use crate::identification::modes_file;
+use crate::outputs::keep_apart;
 use crate::report::shape_page::shape_page;
 use crate::streams::{Streams, json_on_stdout};
 
@@ -16,7 +19,7 @@ use crate::streams::{Streams, json_on_stdout};
 #[command(after_help = "\
 Example:
   stillbeam shape --mode 1.1,0.0074,zvd --mode 6.9,0.0059,zvd --rate 4000 --json table.json
-  stillbeam shape --modes-from out/demo/modes.json --type zvdd --json -")]
+  stillbeam shape --modes-from out/demo/modes.json --use 1,2 --type zvdd --json -")]
 pub struct ShapeArgs {
     /// A mode: undamped frequency in Hz, damping ratio, and zv, zvd or zvdd; may be repeated
     #[arg(long = "mode", value_name = "F_HZ,ZETA[,TYPE]", allow_hyphen_values = true)]
@@ -24,10 +27,13 @@ pub struct ShapeArgs {
     /// Take the modes from what `identify --json` wrote
     #[arg(long, value_name = "FILE", conflicts_with = "modes")]
     modes_from: Option<PathBuf>,
+    /// Which of them, counted from 1; by default all
+    #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', requires = "modes_from")]
+    chosen: Vec<usize>,
     /// The shaper of modes that name none: zv, zvd or zvdd
     #[arg(long = "type", value_name = "TYPE", default_value_t = DEFAULT_TYPE.name().to_owned())]
     kind: String,
-    /// Ticks per second
+    /// Ticks per second; the board runs the nearest rate that divides its timer clock
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
     /// Judge the worst case with frequencies off by up to this many percent
@@ -43,10 +49,12 @@ pub struct ShapeArgs {
 
 impl ShapeArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        keep_apart(self.modes_from.as_deref(), [self.json.as_deref(), self.report.as_deref()])?;
         let kind = parse_type(&self.kind)?;
         let modes = self.modes(kind)?;
         let frequency_box = self.box_percent / 100.0;
-        let design = ShaperDesign::new(&modes, self.rate, &DesignOptions { frequency_box })?;
+        let rate_hz = self.board_rate_hz(streams);
+        let design = ShaperDesign::new(&modes, rate_hz, &DesignOptions { frequency_box })?;
         if !json_on_stdout(self.json.as_deref()) {
             self.print(&design, streams)?;
         }
@@ -60,9 +68,24 @@ impl ShapeArgs {
         Ok(())
     }
 
+    /// The rate that the board runs when it is asked for this one, so that its table is the same to the bit. A rate that
+    /// no board takes is left for the design to refuse.
+    fn board_rate_hz(&self, streams: &mut Streams<'_>) -> f64 {
+        let Some(wanted) = TickRate::from_hz(self.rate) else { return self.rate };
+        let attainable_hz = wanted.attainable(TIMER_CLOCK_HZ).hz();
+        if attainable_hz != self.rate {
+            streams.say(&format!(
+                "the board's timer runs {attainable_hz} Hz for {} Hz; designed for that",
+                self.rate
+            ));
+        }
+        attainable_hz
+    }
+
     fn modes(&self, kind: ShaperType) -> Result<Vec<Mode>, CliError> {
         if let Some(file) = &self.modes_from {
-            return modes_file::read_modes(file, kind);
+            let modes = modes_file::read_modes(file, kind)?;
+            return self.chosen(modes);
         }
         let modes = self.modes.iter().map(|spec| {
             let complete =
@@ -70,6 +93,25 @@ impl ShapeArgs {
             parse_mode(&complete).map_err(CliError::from)
         });
         modes.collect()
+    }
+
+    /// The modes that --use names, or all where it does not.
+    fn chosen(&self, modes: Vec<Mode>) -> Result<Vec<Mode>, CliError> {
+        let count = modes.len();
+        if self.chosen.is_empty() && count > MAX_MODES {
+            return Err(CliError::Usage(format!(
+                "the file has {count} modes and a shaper takes {MAX_MODES}; choose with --use, for example --use 1,2"
+            )));
+        }
+        if self.chosen.is_empty() {
+            return Ok(modes);
+        }
+        let choose = |number: &usize| {
+            number.checked_sub(1).and_then(|index| modes.get(index)).copied().ok_or_else(|| {
+                CliError::Usage(format!("--use {number}: the file has the modes 1 to {count}"))
+            })
+        };
+        self.chosen.iter().map(choose).collect()
     }
 
     fn print(&self, design: &ShaperDesign, streams: &mut Streams<'_>) -> Result<(), CliError> {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use serde::Serialize;
 use stillbeam_firmware::shaper::ShaperTable;
 use stillbeam_plant::{BASE_POSITION, Model, SETPOINT, TIP_DEFLECTION, TIP_POSITION, simulate};
@@ -12,6 +12,7 @@ use stillbeam_shape::ShaperDesign;
 use crate::base_move::BaseMove;
 use crate::command_signal::{MoveCommand, shape_recorded, shaped_setpoints_m};
 use crate::error::CliError;
+use crate::outputs::keep_apart;
 use crate::streams::{Streams, json_on_stdout};
 
 /// Seconds of a simulated move that are written to a recording.
@@ -24,6 +25,7 @@ const DEFAULT_RATE_HZ: f64 = 4000.0;
 ///
 /// The move is the firmware's own: its profile within its default limits, its shaper in its integers.
 #[derive(Debug, Args)]
+#[command(group(ArgGroup::new("driven by").required(true).args(["command", "input"])))]
 #[command(after_help = "\
 Example:
   stillbeam simulate models/paper_beam.toml --command 'move 0.05' --shaper table.json --out move.csv
@@ -33,7 +35,7 @@ pub struct SimulateArgs {
     #[arg(value_name = "MODEL.toml")]
     model: PathBuf,
     /// What the base is told to do: \"move METRES\", from zero
-    #[arg(long, value_name = "COMMAND", required_unless_present = "input", conflicts_with = "input")]
+    #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
     /// A recording that has the model's input column
     #[arg(long, value_name = "REC.csv")]
@@ -46,7 +48,7 @@ pub struct SimulateArgs {
     rate: Option<f64>,
     /// Write what was simulated to this recording
     #[arg(long, value_name = "REC.csv")]
-    out: Option<PathBuf>,
+    out: Option<String>,
     /// Write the numbers as JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
@@ -85,12 +87,19 @@ struct RecordingNumbers {
 
 impl SimulateArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        let inputs = [Some(&self.model), self.input.as_ref(), self.shaper.as_ref()];
+        keep_apart(
+            inputs.into_iter().flatten().map(PathBuf::as_path),
+            [self.out.as_deref(), self.json.as_deref()],
+        )?;
         let model = Model::read(&self.model)?;
         let table = self.table()?;
         match (&self.command, &self.input) {
             (Some(command), _) => self.run_command(&model, command, table.as_ref(), streams),
             (None, Some(input)) => self.run_recording(&model, input, table.as_ref(), streams),
-            (None, None) => Err(CliError::Usage("give --command or --input".to_owned())),
+            (None, None) => Err(CliError::Usage(
+                "nothing to simulate; give --command 'move METRES' or --input RECORDING".to_owned(),
+            )),
         }
     }
 
@@ -139,7 +148,7 @@ impl SimulateArgs {
             mode_vibration_pct: vibration.modes_pct,
         };
         if let Some(path) = &self.out {
-            write(path, &move_recording(&shaped), streams)?;
+            write(Path::new(path), &move_recording(&shaped), streams)?;
         }
         if !json_on_stdout(self.json.as_deref()) {
             let settling =
@@ -182,7 +191,7 @@ impl SimulateArgs {
         };
         let result = simulate(model, &driven).map_err(CliError::plant(self.model.display().to_string()))?;
         if let Some(path) = &self.out {
-            write(path, &result, streams)?;
+            write(Path::new(path), &result, streams)?;
         }
         let outputs = model.output_columns().into_iter().filter_map(|column| {
             let simulated = result.column(&column).ok()?;

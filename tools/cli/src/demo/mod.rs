@@ -56,7 +56,6 @@ pub struct DemoResult {
 /// [`CliError`] from whatever failed first.
 pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Result<DemoResult, CliError> {
     let began = Instant::now();
-    std::fs::create_dir_all(folder).map_err(|error| CliError::file(folder.display().to_string(), &error))?;
     let rig = Rig::new()?;
     streams.say(&format!(
         "The board side is {}. The beam and the camera are simulated (models/paper_beam.toml).",
@@ -70,6 +69,7 @@ pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Res
     progress(streams, 0.0, "connecting");
     let mut session = board.connect(&mut |line| progress(streams, 0.0, line))?;
     let board_info = session.command("info")?.lines;
+    std::fs::create_dir_all(folder).map_err(|error| CliError::file(folder.display().to_string(), &error))?;
     for line in &board_info {
         streams.say(&format!("        {line}"));
     }
@@ -85,7 +85,7 @@ pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Res
     write_file(&folder.join("modes.json"), &to_json(&identified)?)?;
     for mode in &identified.modes {
         streams.say(&format!(
-            "        {:.5} ± {:.5} Hz, damping ratio {:.6} ± {:.6}",
+            "        {:.6} ± {:.1e} Hz, damping ratio {:.6} ± {:.1e}",
             mode.frequency_hz.value,
             mode.frequency_hz.stderr,
             mode.damping_ratio.value,

@@ -30,9 +30,9 @@ struct Value {
 /// [`CliError::File`] names the file and what is wrong with it.
 pub fn read_modes(path: &Path, kind: ShaperType) -> Result<Vec<Mode>, CliError> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| CliError::file(name.clone(), &error))?;
+    let bytes = std::fs::read(path).map_err(|error| CliError::file(name.clone(), &error))?;
     let refused = |problem| CliError::File { file: name.clone(), problem };
-    let file: ModesFile = serde_json::from_str(&text).map_err(|error| {
+    let file: ModesFile = serde_json::from_slice(&bytes).map_err(|error| {
         refused(format!("not a file of modes: {error}; write one with `stillbeam identify --json`"))
     })?;
     let modes = (1..).zip(&file.modes).map(|(number, mode)| {

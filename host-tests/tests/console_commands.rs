@@ -25,7 +25,10 @@ fn a_refused_line_changes_nothing_and_says_why() {
         ("set mode1.frequency_hz -1", "err range mode1.frequency_hz: -1 is outside "),
         ("set mode1.damping_ratio 1", "err range mode1.damping_ratio: 1 is outside 0..0.9"),
         ("set mode1.damping_ratio -0.1", "err range mode1.damping_ratio: -0.1 is outside "),
-        ("set mode1.type zvx", "err syntax mode1.type: unknown shaper type; use off, zv, zvd or zvdd"),
+        (
+            "set mode1.type zvx",
+            "err syntax mode1.type: unknown shaper type; use off, zv, zvd, zvdd, zvddd, ei, ei2, ei3 or mzv",
+        ),
         ("set tick.rate_hz 100", "err range tick.rate_hz: 100 is outside 200..20000 Hz"),
         ("set stream.decimation 1.5", "err range stream.decimation: 1.5 is not a whole number"),
         ("set travel.min_mm 300", "err range travel.min_mm: travel 300..250 mm would be empty"),
@@ -264,7 +267,7 @@ proptest! {
                 prop::sample::select(vec![
                     "set", "get", "apply", "revert", "shaper", "on", "off", "move", "sweep", "linear",
                     "exponential", "stop", "stream", "status", "info", "help", "mode1.frequency_hz",
-                    "mode2.type", "mode1.type", "mode4.damping_ratio", "tick.rate_hz", "zv", "zvdd", "0",
+                    "mode2.type", "mode1.type", "mode4.damping_ratio", "tick.rate_hz", "zv", "zvddd", "ei3", "mzv", "0",
                     "1.1", "50", "-20", "4000", "1e9", "0.5", "travel.min_mm", "analog.full_scale_mm",
                 ]),
                 1..6,

@@ -11,6 +11,8 @@ use stillbeam_firmware::shaper::{Impulse, Mode, ShaperType, design};
 const M1: (f64, f64) = (1.1, 0.0074);
 const M2: (f64, f64) = (6.9, 0.0033);
 const DAMPING_RATIOS: [f64; 5] = [0.0033, 0.0074, 0.05, 0.1, 0.2];
+const POWERS_OF_ZV: [(ShaperType, u32); 4] =
+    [(ShaperType::Zv, 1), (ShaperType::Zvd, 2), (ShaperType::Zvdd, 3), (ShaperType::Zvddd, 4)];
 
 fn mode((frequency_hz, damping_ratio): (f64, f64), shaper: ShaperType) -> Mode {
     Mode::new(frequency_hz, damping_ratio, shaper).expect("a valid mode")
@@ -74,6 +76,30 @@ fn single_mode_impulses_are_those_of_equations_30_to_32() {
     );
 }
 
+#[test]
+fn zvddd_has_the_amplitudes_of_the_fourth_power() {
+    assert_impulses(
+        &single(M1, ShaperType::Zvddd),
+        &[
+            (0.065456981942156, 0.0),
+            (0.25581105397671, 0.45455790051116),
+            (0.37489867426118, 0.90911580102232),
+            (0.24418893689592, 1.3636737015335),
+            (0.05964435292403, 1.8182316020446),
+        ],
+    );
+    assert_impulses(
+        &single(M2, ShaperType::Zvddd),
+        &[
+            (0.063806013463056, 0.0),
+            (0.25259173501581, 0.072464162684382),
+            (0.3749798479138, 0.14492832536876),
+            (0.24740826462319, 0.21739248805315),
+            (0.061214138984142, 0.28985665073753),
+        ],
+    );
+}
+
 /// Published to eight digits for two modes (the CRAWLAB toolbox gives the same).
 #[test]
 fn two_mode_impulses_are_the_convolution() {
@@ -120,7 +146,7 @@ fn four_modes_convolve_to_the_product_of_their_residuals() {
     }
 }
 
-/// What a shaper of `order` for a mode must do, checked from its impulses alone. Returns what it does not.
+/// What a power of ZV must do for a mode, checked from its impulses alone. Returns what it does not.
 fn violations(impulses: &[Impulse], (frequency_hz, damping_ratio): (f64, f64), order: u32) -> Vec<String> {
     let residual =
         |frequency_hz: f64| residual_vibration(impulses.iter().copied(), frequency_hz, damping_ratio);
@@ -150,9 +176,9 @@ fn violations(impulses: &[Impulse], (frequency_hz, damping_ratio): (f64, f64), o
 fn every_type_passes_the_checks_at_every_damping_ratio() {
     for damping_ratio in DAMPING_RATIOS {
         for frequency_hz in [0.3, 1.1, 6.9, 47.0] {
-            for shaper in ShaperType::ALL {
+            for (shaper, order) in POWERS_OF_ZV {
                 let parameters = (frequency_hz, damping_ratio);
-                let found = violations(&single(parameters, shaper), parameters, shaper.order());
+                let found = violations(&single(parameters, shaper), parameters, order);
                 assert_eq!(found, Vec::<String>::new(), "{shaper} at {parameters:?}");
             }
         }
@@ -200,14 +226,14 @@ fn scale_times(parameters: (f64, f64), shaper: ShaperType, factor: f64) -> Vec<I
 fn every_known_mistake_fails_the_checks_at_every_damping_ratio() {
     for (name, mutate) in MUTANTS {
         for damping_ratio in DAMPING_RATIOS {
-            for shaper in ShaperType::ALL {
+            for (shaper, order) in POWERS_OF_ZV {
                 let parameters = (1.13, damping_ratio);
                 let mutant = mutate(parameters, shaper);
                 // A fixed damping ratio is no mistake where it happens to be right.
                 if mutant == single(parameters, shaper) && damping_ratio == 0.1 {
                     continue;
                 }
-                let found = violations(&mutant, parameters, shaper.order());
+                let found = violations(&mutant, parameters, order);
                 assert!(!found.is_empty(), "{name}: {shaper} at {parameters:?} passes");
             }
         }

@@ -8,8 +8,8 @@ use stillbeam_firmware::units::{Nanometres, TickRate};
 fn table(modes: &[(f64, f64, usize)], rate_hz: f64) -> ShaperTable {
     let modes: Vec<Mode> = modes
         .iter()
-        .map(|(frequency_hz, damping_ratio, order)| {
-            Mode::new(*frequency_hz, *damping_ratio, ShaperType::ALL[*order]).expect("a valid mode")
+        .map(|(frequency_hz, damping_ratio, kind)| {
+            Mode::new(*frequency_hz, *damping_ratio, ShaperType::ALL[*kind]).expect("a valid mode")
         })
         .collect();
     ShaperTable::design(&modes, TickRate::from_hz(rate_hz).expect("a valid rate")).expect("designed")
@@ -32,7 +32,7 @@ fn flat(table: &ShaperTable) -> Vec<f64> {
 
 /// Up to four modes between 4 and 90 Hz at 1 kHz, so that histories stay short and tests quick.
 fn modes() -> impl Strategy<Value = Vec<(f64, f64, usize)>> {
-    prop::collection::vec((4.0..90.0_f64, 0.0..0.2_f64, 0..3_usize), 0..=4)
+    prop::collection::vec((4.0..90.0_f64, 0.0..0.2_f64, 0..ShaperType::ALL.len()), 0..=4)
 }
 
 /// A command that jumps, ramps and rests.

@@ -4,6 +4,7 @@ use core::fmt::Write;
 
 use super::error::CommandError;
 use crate::settings::{Key, Settings, Value};
+use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
 static COMMANDS: [(&str, &str); 14] = [
@@ -60,6 +61,6 @@ fn describe(key: Key, out: &mut dyn Write) -> core::fmt::Result {
             let (low, high) = key.range();
             write!(out, "range {low}..{high} {}, default {default}\r\n", key.unit())
         }
-        Value::Shaper(_) => write!(out, "off, zv, zvd or zvdd, default {default}\r\n"),
+        Value::Shaper(_) => write!(out, "off, {KnownTypes}, default {default}\r\n"),
     }
 }

@@ -5,7 +5,7 @@ use core::str::FromStr;
 
 use super::{ModeSetting, Settings};
 use crate::servo::AnalogScale;
-use crate::shaper::{MAX_MODES, Mode, ShaperType};
+use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
 use crate::units::{MAX_TRAVEL_MM, TickRate};
 
 /// The name of a setting.
@@ -95,7 +95,7 @@ impl fmt::Display for Refusal {
                 if key.unit().is_empty() { Ok(()) } else { write!(f, " {}", key.unit()) }
             }
             Self::NotWhole { number } => write!(f, "{number} is not a whole number"),
-            Self::UnknownType => f.write_str("unknown shaper type; use off, zv, zvd or zvdd"),
+            Self::UnknownType => write!(f, "unknown shaper type; use off, {KnownTypes}"),
             Self::EmptyTravel { travel_mm } => {
                 write!(f, "travel {}..{} mm would be empty", travel_mm.0, travel_mm.1)
             }
@@ -135,7 +135,7 @@ impl Key {
             Self::TickRate => "Rate of the control interrupt; applied at rest.",
             Self::Mode(_, ModeKey::Frequency) => "Undamped natural frequency of the mode.",
             Self::Mode(_, ModeKey::DampingRatio) => "Damping ratio of the mode.",
-            Self::Mode(_, ModeKey::Type) => "Shaper of the mode: off, zv, zvd or zvdd.",
+            Self::Mode(_, ModeKey::Type) => "Type of the mode's shaper.",
             Self::Velocity => "Largest velocity of the command.",
             Self::Acceleration => "Largest acceleration of the command; stops brake with it.",
             Self::TravelMin => "First permitted position.",

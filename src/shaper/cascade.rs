@@ -1,7 +1,7 @@
 //! The running shaper: one ring of past samples per stage, stages one after the other.
 //!
-//! Samples are `i32` nanometres, weights Q30, sums `i64`: a sum of ten products of 31 bits each cannot
-//! overflow. Because a stage's weights sum to one exactly, a constant input comes out unchanged, to
+//! Samples are `i32` nanometres, weights Q30, sums `i64`. Weights are not negative and sum to 2³⁰, so a sum
+//! stays within 2⁶¹ however many taps there are. Because a stage's weights sum to one exactly, a constant input comes out unchanged, to
 //! the nanometre; anything else is rounded to the nearest nanometre once per stage.
 
 use heapless::Vec;

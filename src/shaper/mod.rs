@@ -9,14 +9,16 @@ pub mod cascade;
 pub mod design;
 pub mod handover;
 pub mod mode;
+pub mod pattern;
 pub mod residual;
 pub mod stage;
 pub mod table;
+mod tick_grid;
 
 pub use cascade::Cascade;
 pub use design::Impulse;
 pub use handover::Shaping;
-pub use mode::{Mode, ModeError, ShaperType};
+pub use mode::{KnownTypes, Mode, ModeError, ShaperType};
 pub use stage::{Stage, Tap};
 pub use table::ShaperTable;
 

@@ -5,7 +5,7 @@ use core::str::FromStr;
 
 use crate::units::TickRate;
 
-/// How many times the shaper's zero sits on the mode's pole.
+/// Which shaper a mode gets. [`super::pattern`] has their amplitudes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShaperType {
     /// Zero vibration: two impulses, eq. (30) of the paper.
@@ -14,20 +14,23 @@ pub enum ShaperType {
     Zvd,
     /// Zero vibration and two derivatives: four impulses, eq. (32).
     Zvdd,
+    /// Zero vibration and three derivatives: five impulses.
+    Zvddd,
+    /// Extra insensitive: three impulses that leave up to 5 % over a wider band than ZVD's, the 5 % at the
+    /// mode itself included.
+    Ei,
+    /// Two-hump extra insensitive: four impulses, nothing left at the mode, up to 5 % on either side of it.
+    Ei2,
+    /// Three-hump extra insensitive: five impulses, the widest band.
+    Ei3,
+    /// Modified zero vibration: three impulses in three quarters of a period, between ZV and ZVD.
+    Mzv,
 }
 
 impl ShaperType {
-    /// Every type, shortest first.
-    pub const ALL: [Self; 3] = [Self::Zv, Self::Zvd, Self::Zvdd];
-
-    /// The multiplicity of the zero: 1, 2 or 3. The shaper lasts as many half periods.
-    pub fn order(self) -> u32 {
-        match self {
-            Self::Zv => 1,
-            Self::Zvd => 2,
-            Self::Zvdd => 3,
-        }
-    }
+    /// Every type: the zero-vibration family, then the extra-insensitive one, each shortest first, then MZV.
+    pub const ALL: [Self; 8] =
+        [Self::Zv, Self::Zvd, Self::Zvdd, Self::Zvddd, Self::Ei, Self::Ei2, Self::Ei3, Self::Mzv];
 
     /// The name used on the console, in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -35,6 +38,23 @@ impl ShaperType {
             Self::Zv => "zv",
             Self::Zvd => "zvd",
             Self::Zvdd => "zvdd",
+            Self::Zvddd => "zvddd",
+            Self::Ei => "ei",
+            Self::Ei2 => "ei2",
+            Self::Ei3 => "ei3",
+            Self::Mzv => "mzv",
+        }
+    }
+
+    /// For ZV and its powers, how often the shaper's zero sits on the mode's pole: 1 to 4. The others are no
+    /// powers of ZV.
+    pub fn power_of_zv(self) -> Option<u32> {
+        match self {
+            Self::Zv => Some(1),
+            Self::Zvd => Some(2),
+            Self::Zvdd => Some(3),
+            Self::Zvddd => Some(4),
+            Self::Ei | Self::Ei2 | Self::Ei3 | Self::Mzv => None,
         }
     }
 }
@@ -45,13 +65,34 @@ impl fmt::Display for ShaperType {
     }
 }
 
+/// Prints the names of all types as in a sentence: `zv, zvd, ... or mzv`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct KnownTypes;
+
+impl fmt::Display for KnownTypes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let last = ShaperType::ALL.len() - 1;
+        for (place, kind) in ShaperType::ALL.into_iter().enumerate() {
+            let before = if place == 0 {
+                ""
+            } else if place == last {
+                " or "
+            } else {
+                ", "
+            };
+            write!(f, "{before}{kind}")?;
+        }
+        Ok(())
+    }
+}
+
 /// A shaper type that does not exist. The message lists those that do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UnknownShaperType;
 
 impl fmt::Display for UnknownShaperType {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("unknown shaper type; use zv, zvd or zvdd")
+        write!(f, "unknown shaper type; use {KnownTypes}")
     }
 }
 
@@ -118,7 +159,7 @@ impl Mode {
         self.omega() * libm::sqrt(1.0 - self.damping_ratio * self.damping_ratio)
     }
 
-    /// Half a damped period, π/ω_d, in seconds: the spacing of the impulses.
+    /// Half a damped period, π/ω_d, in seconds: the unit that shapers are measured in.
     pub fn half_period_s(&self) -> f64 {
         core::f64::consts::PI / self.omega_damped()
     }

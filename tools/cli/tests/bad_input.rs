@@ -75,8 +75,11 @@ fn modes_that_cannot_be_shaped_are_refused() {
         (&["shape", "--mode", "0,0.1"], &["frequency 0.0 Hz"]),
         (&["shape", "--mode", "-2,0.1"], &["frequency -2.0 Hz"]),
         (&["shape", "--mode", "1.1,1"], &["damping ratio 1"]),
-        (&["shape", "--mode", "1.1,0.1,zvx"], &["zvx", "zv, zvd, zvdd"]),
-        (&["shape", "--mode", "1.1,0.1", "--type", "zvx"], &["zvx", "zv, zvd, zvdd"]),
+        (&["shape", "--mode", "1.1,0.1,zvx"], &["zvx", "use zv, zvd, zvdd, zvddd, ei, ei2, ei3 or mzv"]),
+        (
+            &["shape", "--mode", "1.1,0.1", "--type", "zvx"],
+            &["zvx", "use zv, zvd, zvdd, zvddd, ei, ei2, ei3 or mzv"],
+        ),
         (&["shape", "--mode", "2500,0.01"], &["2500 Hz", "half the tick rate"]),
         (&["shape", "--mode", "0.05,0.1"], &["samples of history", "lower the rate"]),
         (&["shape", "--mode", "1.1,0", "--rate", "50"], &["50 Hz", "200..20000"]),

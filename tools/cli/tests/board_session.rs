@@ -83,7 +83,7 @@ fn a_refusal_carries_code_name_and_reason() {
     let mut session = core();
     for (command, code, name, part) in [
         ("set mode1.frequency_hz 0", "range", "mode1.frequency_hz", "outside 0.01"),
-        ("set mode1.type zvx", "syntax", "mode1.type", "zv, zvd or zvdd"),
+        ("set mode1.type zvx", "syntax", "mode1.type", "off, zv, zvd, zvdd, zvddd, ei, ei2, ei3 or mzv"),
         ("set nothing 1", "unknown-name", "nothing", "no such setting"),
         ("fly", "unknown-command", "fly", "no such command"),
         ("move 400", "range", "move", "outside the travel"),

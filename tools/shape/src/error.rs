@@ -1,12 +1,11 @@
 //! What can be wrong with a mode, a design or a table that was read.
 
-use stillbeam_firmware::shaper::ModeError;
 use stillbeam_firmware::shaper::table::TableError;
+use stillbeam_firmware::shaper::{KnownTypes, ModeError};
 use stillbeam_firmware::units::TickRate;
 use thiserror::Error;
 
 use crate::checksum::Crc32;
-use crate::mode_spec::known_types;
 
 /// A mode specification that cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -37,7 +36,7 @@ pub enum ModeSpecError {
         example: &'static str,
     },
     /// No such shaper.
-    #[error("{context}unknown shaper type `{text}`; the known ones are {}", known_types())]
+    #[error("{context}unknown shaper type `{text}`; use {KnownTypes}")]
     UnknownType {
         /// Where it stands, ending in `: `, or nothing.
         context: String,

@@ -33,5 +33,5 @@ pub use checksum::Crc32;
 pub use design::{DesignOptions, ImpulseEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry};
 pub use error::{ModeSpecError, ShapeError, TableFileError, TableProblem};
 pub use impulse_sequence::impulse_sequence;
-pub use mode_spec::{DEFAULT_TYPE, known_types, parse_mode, parse_type};
+pub use mode_spec::{DEFAULT_TYPE, parse_mode, parse_type};
 pub use residual::{cascade_residual, worst_residual};

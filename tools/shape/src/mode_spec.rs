@@ -7,11 +7,6 @@ use crate::error::ModeSpecError;
 /// The shaper of a mode whose specification names none.
 pub const DEFAULT_TYPE: ShaperType = ShaperType::Zvd;
 
-/// The names of all shaper types, for messages: `zv, zvd, zvdd`.
-pub fn known_types() -> String {
-    ShaperType::ALL.map(ShaperType::name).join(", ")
-}
-
 /// Reads a shaper type.
 ///
 /// # Errors

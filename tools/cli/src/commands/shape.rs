@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
-use stillbeam_firmware::shaper::{MAX_MODES, Mode, ShaperType};
+use stillbeam_firmware::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
 use stillbeam_firmware::units::TickRate;
 use stillbeam_shape::{DEFAULT_TYPE, DesignOptions, ShaperDesign, parse_mode, parse_type};
 
@@ -21,8 +21,12 @@ Example:
   stillbeam shape --mode 1.1,0.0074,zvd --mode 6.9,0.0059,zvd --rate 4000 --json table.json
   stillbeam shape --modes-from out/demo/modes.json --use 1,2 --type zvdd --json -")]
 pub struct ShapeArgs {
-    /// A mode: undamped frequency in Hz, damping ratio, and zv, zvd or zvdd; may be repeated
-    #[arg(long = "mode", value_name = "F_HZ,ZETA[,TYPE]", allow_hyphen_values = true)]
+    #[arg(
+        long = "mode",
+        value_name = "F_HZ,ZETA[,TYPE]",
+        allow_hyphen_values = true,
+        help = format!("A mode: undamped frequency in Hz, damping ratio, and {KnownTypes}; may be repeated")
+    )]
     modes: Vec<String>,
     /// Take the modes from what `identify --json` wrote
     #[arg(long, value_name = "FILE", conflicts_with = "modes")]
@@ -30,8 +34,12 @@ pub struct ShapeArgs {
     /// Which of them, counted from 1; by default all
     #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', requires = "modes_from")]
     chosen: Vec<usize>,
-    /// The shaper of modes that name none: zv, zvd or zvdd
-    #[arg(long = "type", value_name = "TYPE", default_value_t = DEFAULT_TYPE.name().to_owned())]
+    #[arg(
+        long = "type",
+        value_name = "TYPE",
+        default_value_t = DEFAULT_TYPE.name().to_owned(),
+        help = format!("The shaper of modes that name none: {KnownTypes}")
+    )]
     kind: String,
     /// Ticks per second; the board runs the nearest rate that divides its timer clock
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]

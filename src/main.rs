@@ -9,6 +9,7 @@
 mod image {
     use core::fmt::Write as _;
 
+    use embassy_futures::block_on;
     use embassy_futures::select::{Either, select};
     use embassy_futures::yield_now;
     use embassy_stm32::usart::BufferedUart;
@@ -16,9 +17,11 @@ mod image {
     use heapless::String;
     use heapless::spsc::Consumer;
     use static_cell::ConstStaticCell;
+    use stillbeam_firmware::board::flash::SettingsSectors;
     use stillbeam_firmware::board::{self, clocks, executor, outputs, serial, tick_timer};
-    use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+    use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
     use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
+    use stillbeam_firmware::settings::SettingsStore;
     use stillbeam_firmware::telemetry::Sample;
     #[cfg(feature = "defmt")]
     use {defmt_rtt as _, panic_probe as _};
@@ -33,15 +36,18 @@ mod image {
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
         tick_timer::configure();
-        let parts = MACHINE.take().split(IDENTITY);
+        let mut parts = MACHINE.take().split(IDENTITY);
         let port = serial::open(peripherals.USART1, peripherals.PA10, peripherals.PA9);
         board::stillbeam_boot_complete();
+        // Drive disabled and no tick yet: the time for whatever a power cut left to be done.
+        let mut store = SettingsStore::new(SettingsSectors::new(peripherals.FLASH));
+        let restored = parts.console.restore(block_on(store.load()));
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
         outputs::set_drive_enabled(true);
         // The baud rate is a constant that the divider can make, so the port opens, and the one task there is
         // finds its place free.
         if let Ok(port) = port
-            && let Ok(task) = serve(port, parts.console, parts.samples)
+            && let Ok(task) = serve(port, parts.console, restored, store, parts.samples)
         {
             executor::start().spawn(task);
         }
@@ -53,13 +59,15 @@ mod image {
     async fn serve(
         port: BufferedUart<'static>,
         mut console: Console<'static>,
+        restored: Result<(), CommandError<'static>>,
+        mut store: SettingsStore<SettingsSectors>,
         mut samples: Consumer<'static, Sample>,
     ) {
         let (mut transmit, mut receive) = port.split();
         let mut clocks_per_tick = console.clocks_per_tick();
         let mut text = String::<MAX_REPLY>::new();
         let mut received = [0; 32];
-        console.greet(&mut text);
+        console.greet(restored, &mut text);
         loop {
             // Only a full buffer or a line that fails can make a write fail; there is nobody to tell.
             let _best_effort = transmit.write_all(text.as_bytes()).await;
@@ -71,6 +79,10 @@ mod image {
                         console.feed(*byte, &mut text);
                         while console.has_waiting_request() {
                             yield_now().await;
+                        }
+                        if let Some(Effect::Save(settings)) = console.take_effect() {
+                            // The driver waits in place, so this never yields; run here, its state is on the stack.
+                            console.saved(block_on(store.save(&settings)), &mut text);
                         }
                         let _best_effort = transmit.write_all(text.as_bytes()).await;
                         text.clear();

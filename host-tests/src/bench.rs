@@ -1,9 +1,13 @@
 //! A machine on the bench: console and tick of the core, driven by hand.
 
-use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+use embassy_futures::block_on;
+use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, TickOutput};
 use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
+use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::{Activity, Sample};
+
+use crate::flash::MockFlash;
 
 /// The identity of the real board, so that tables come out the same.
 pub const IDENTITY: Identity = Identity { version: "bench", board: "bench", timer_clock_hz: TIMER_CLOCK_HZ };
@@ -13,25 +17,53 @@ pub struct Bench {
     console: Console<'static>,
     controller: Controller<'static>,
     samples: heapless::spsc::Consumer<'static, Sample>,
+    store: SettingsStore<MockFlash>,
+    greeting: String,
     activity: Activity,
     /// Setpoints of ticks that nobody has asked for yet, in nanometres.
     log_nm: Vec<i32>,
 }
 
 impl Bench {
-    /// A machine as after reset, with echo off. Its memory is leaked: tests are short.
+    /// A machine as after its first reset, with echo off. Its memory is leaked: tests are short.
     pub fn new() -> Self {
+        Self::with_flash(MockFlash::new())
+    }
+
+    /// A machine as after a reset that finds this in its flash, with echo off.
+    pub fn with_flash(flash: MockFlash) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
-        let parts = machine.split(IDENTITY);
+        let mut parts = machine.split(IDENTITY);
+        let mut store = SettingsStore::new(flash);
+        let restored = parts.console.restore(block_on(store.load()));
+        let mut greeting = LimitedReply::default();
+        parts.console.greet(restored, &mut greeting);
         let mut bench = Self {
             console: parts.console,
             controller: parts.controller,
             samples: parts.samples,
+            store,
+            greeting: greeting.text,
             activity: Activity::Rest,
             log_nm: Vec::new(),
         };
         bench.send("echo off");
         bench
+    }
+
+    /// What it said first.
+    pub fn greeting(&self) -> &str {
+        &self.greeting
+    }
+
+    /// The same flash in a machine after another reset.
+    pub fn reset(self) -> Self {
+        Self::with_flash(self.into_flash())
+    }
+
+    /// What is left of the machine: its flash.
+    pub fn into_flash(self) -> MockFlash {
+        self.store.into_flash()
     }
 
     /// Sends a line and returns the lines of the reply. Ticks while a request waits, as time would pass on the board.
@@ -47,6 +79,9 @@ impl Bench {
             self.console.feed(*byte, &mut reply);
             while self.console.has_waiting_request() {
                 self.tick();
+            }
+            if let Some(Effect::Save(settings)) = self.console.take_effect() {
+                self.console.saved(block_on(self.store.save(&settings)), &mut reply);
             }
             received += &reply.text;
         }

@@ -3,4 +3,5 @@
 
 pub mod bench;
 pub mod emulator;
+pub mod flash;
 pub mod still_beam;

@@ -91,14 +91,14 @@ fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
 #[test]
 fn get_shows_live_default_and_staged() {
     let mut bench = Bench::new();
-    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1]");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] {-}");
     bench.accept("set mode1.frequency_hz 1.0976");
-    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] staged 1.0976");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] {-} staged 1.0976");
     bench.accept("apply");
-    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1]");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1] {-}");
     bench.accept("set mode1.frequency_hz 2");
     bench.accept("revert");
-    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1]");
+    assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1.0976 Hz [1] {-}");
 }
 
 #[test]

@@ -9,12 +9,14 @@
 //! | serial buffers | USART1 interrupt, priority 6 |
 //! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
 //! | "samples wait" | doorbell interrupt (line of CAN2_SCE), priority 15 |
+//! | settings | the last two flash sectors, 10 and 11 |
 //! | external clock | 8 MHz crystal, PLL to 168 MHz |
 
 #![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
 
 pub mod clocks;
 pub mod executor;
+pub mod flash;
 pub mod outputs;
 pub mod panic;
 pub mod serial;

@@ -3,7 +3,7 @@
 use core::fmt::{self, Write};
 
 use super::error::{Busy, CommandError};
-use super::{Console, help};
+use super::{Console, Effect, help};
 use crate::control::Request;
 use crate::motion::{MovePlan, SweepKind, SweepPlan, SweepSpec};
 use crate::settings::{Key, Settings};
@@ -32,6 +32,8 @@ impl<'m> Console<'m> {
             "set" => self.set(words, out),
             "apply" => no_more(words, "apply", "apply").and_then(|()| self.apply(out)),
             "revert" => no_more(words, "revert", "revert").map(|()| self.revert(out)),
+            "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
+            "save" => no_more(words, "save", "save").and_then(|()| self.save()),
             "shaper" => self.switch_shaper(words, out),
             "move" => self.start_move(words, out),
             "sweep" => self.start_sweep(words, out),
@@ -50,6 +52,7 @@ impl<'m> Console<'m> {
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
         self.describe_table(out);
+        self.describe_stored(out);
         say(out, format_args!("ok info"));
     }
 
@@ -59,6 +62,16 @@ impl<'m> Console<'m> {
         say(out, format_args!("shaper_duration_ms {:.3}", table.duration_s() * 1e3));
         say(out, format_args!("shaper_delay_ms {:.3}", table.delay_s() * 1e3));
         say(out, format_args!("history_samples {} of {}", table.history_samples(), self.history_samples));
+    }
+
+    fn describe_stored(&self, out: &mut dyn Write) {
+        say(out, format_args!("settings_loaded {}", self.stored.loaded()));
+        say(out, format_args!("settings_skipped {}", self.stored.skipped()));
+        say(out, format_args!("settings_unknown {}", self.stored.unknown()));
+        match self.store_fault {
+            None => say(out, format_args!("settings_store ok")),
+            Some(fault) => say(out, format_args!("settings_store {fault}")),
+        }
     }
 
     fn print_status(&self, out: &mut dyn Write) {
@@ -86,10 +99,15 @@ impl<'m> Console<'m> {
         let default = Settings::default().get(key);
         let unit = key.unit();
         let space = if unit.is_empty() { "" } else { " " };
+        let _best_effort = write!(out, "{key} = {live}{space}{unit} [{default}] ");
+        let _best_effort = match self.stored.get(key) {
+            Some(stored) => write!(out, "{{{stored}}}"),
+            None => out.write_str("{-}"),
+        };
         if live == staged {
-            say(out, format_args!("{key} = {live}{space}{unit} [{default}]"));
+            say(out, format_args!(""));
         } else {
-            say(out, format_args!("{key} = {live}{space}{unit} [{default}] staged {staged}"));
+            say(out, format_args!(" staged {staged}"));
         }
     }
 
@@ -115,6 +133,30 @@ impl<'m> Console<'m> {
     fn revert(&mut self, out: &mut dyn Write) {
         self.staged = self.live.clone();
         say(out, format_args!("ok revert"));
+    }
+
+    fn stage_defaults(&mut self, out: &mut dyn Write) {
+        self.staged = Settings::default();
+        say(out, format_args!("ok defaults; 'apply' to use them"));
+    }
+
+    /// The reply comes when the effect has been carried out.
+    fn save(&mut self) -> Result<(), CommandError<'static>> {
+        self.require_rest("save")?;
+        self.effect = Some(Effect::Save(self.live.clone()));
+        Ok(())
+    }
+
+    /// Runs what was stored, or leaves it staged and says why.
+    pub(super) fn run_stored(&mut self) -> Result<(), CommandError<'static>> {
+        self.staged = self.stored.settings().clone();
+        if self.staged == self.live {
+            return Ok(());
+        }
+        let staged = self.staged.clone();
+        self.run(&staged, self.shaper_on, "apply")?;
+        self.live = staged;
+        Ok(())
     }
 
     fn switch_shaper<'l>(

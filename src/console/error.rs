@@ -4,12 +4,12 @@ use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
 use crate::motion::MotionError;
-use crate::settings::{Key, Refusal};
+use crate::settings::{Key, Refusal, StoreError};
 use crate::shaper::ModeError;
 use crate::telemetry::Activity;
 use crate::units::TickRate;
 
-/// Why a command was refused. Nothing was changed.
+/// Why a command was refused. Nothing was changed, but for what [`Self::Flash`] says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CommandError<'l> {
     /// The line could not be read.
@@ -62,6 +62,8 @@ pub enum CommandError<'l> {
         /// For what.
         reason: Busy,
     },
+    /// The settings could not be stored. This one may have changed some of what is stored.
+    Flash(StoreError),
 }
 
 /// What a command has to wait for.
@@ -118,6 +120,7 @@ impl fmt::Display for CommandError<'_> {
             ),
             Self::Motion { command, error } => write!(f, "range {command}: {error}"),
             Self::Busy { command, reason } => write!(f, "busy {command}: {reason}"),
+            Self::Flash(error) => write!(f, "flash save: {error}"),
         }
     }
 }

@@ -7,14 +7,16 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 14] = [
+static COMMANDS: [(&str, &str); 16] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, and how many samples were dropped"),
-    ("get [NAME]", "settings as 'NAME = live [default] staged ...'"),
+    ("get [NAME]", "settings as 'NAME = live [default] {stored} staged ...'"),
     ("set NAME VALUE", "stages a setting; nothing changes before 'apply'"),
     ("apply", "builds the shaper from the staged settings and uses it"),
     ("revert", "drops what was staged"),
+    ("defaults", "stages the defaults"),
+    ("save", "stores what runs, so that it survives a reset; at rest only"),
     ("shaper on|off", "shapes or passes the command through"),
     ("move POSITION_MM", "moves to an absolute position"),
     ("sweep linear|exponential FROM_HZ TO_HZ SECONDS AMPLITUDE_MM", "sine sweep around here"),

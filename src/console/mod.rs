@@ -13,7 +13,7 @@ use core::fmt::Write;
 use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
-use crate::settings::Settings;
+use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::ShaperTable;
 use crate::telemetry::{Activity, Status};
 use crate::units::TickRate;
@@ -35,6 +35,13 @@ pub struct Identity {
     pub timer_clock_hz: u32,
 }
 
+/// What a command asks of whoever owns the flash, which may take long.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effect {
+    /// Store these with [`crate::settings::SettingsStore::save`] and tell [`Console::saved`] how it went.
+    Save(Settings),
+}
+
 /// The state of the console.
 pub struct Console<'m> {
     identity: Identity,
@@ -43,6 +50,10 @@ pub struct Console<'m> {
     live: Settings,
     /// What `apply` would make run.
     staged: Settings,
+    /// What the flash holds, as far as is known.
+    stored: Stored,
+    store_fault: Option<StoreError>,
+    effect: Option<Effect>,
     shaper_on: bool,
     table: ShaperTable,
     spare_history: Option<&'m mut [i32]>,
@@ -68,6 +79,9 @@ impl<'m> Console<'m> {
             editor: LineEditor::new(),
             live: settings.clone(),
             staged: settings,
+            stored: Stored::default(),
+            store_fault: None,
+            effect: None,
             shaper_on: true,
             table,
             history_samples: spare_history.len(),
@@ -78,10 +92,51 @@ impl<'m> Console<'m> {
         }
     }
 
-    /// Prints what a person sees first.
-    pub fn greet(&self, out: &mut dyn Write) {
+    /// Takes what the flash holds and asks the controller, which has not ticked yet, to run it. Stored
+    /// settings that cannot run together stay staged, and the defaults run.
+    ///
+    /// # Errors
+    /// Why they cannot, for [`Self::greet`] to print.
+    pub fn restore(&mut self, stored: Result<Stored, StoreError>) -> Result<(), CommandError<'static>> {
+        match stored {
+            Ok(stored) => self.stored = stored,
+            Err(fault) => self.store_fault = Some(fault),
+        }
+        self.run_stored()
+    }
+
+    /// Prints what a person sees first, and why the stored settings do not run, if [`Self::restore`] said so.
+    pub fn greet(&self, restored: Result<(), CommandError<'static>>, out: &mut dyn Write) {
         let Identity { version, board, .. } = self.identity;
         let _best_effort = write!(out, "\r\nstillbeam {version} on {board}; 'help' lists the commands\r\n");
+        if let Err(reason) = restored {
+            let _best_effort = write!(out, "the stored settings are staged but do not run: {reason}\r\n");
+        }
+        if let Some(fault) = self.store_fault {
+            let _best_effort = write!(out, "no stored settings: {fault}\r\n");
+        }
+        self.prompt(out);
+    }
+
+    /// What the last line asks for beyond the queue to the interrupt. Its reply is not complete before this is carried
+    /// out and reported, so whoever feeds bytes looks here after each.
+    pub fn take_effect(&mut self) -> Option<Effect> {
+        self.effect.take()
+    }
+
+    /// Ends the reply to `save`: with what is stored now and the number of records written, or with the fault.
+    pub fn saved(&mut self, result: Result<(Stored, u32), StoreError>, out: &mut dyn Write) {
+        let _best_effort = match result {
+            Ok((stored, written)) => {
+                self.stored = stored;
+                self.store_fault = None;
+                write!(out, "ok save written={written} stored={}\r\n", self.stored.loaded())
+            }
+            Err(fault) => {
+                self.store_fault = Some(fault);
+                write!(out, "{}\r\n", CommandError::Flash(fault))
+            }
+        };
         self.prompt(out);
     }
 
@@ -99,7 +154,9 @@ impl<'m> Console<'m> {
                 let _best_effort = write!(out, "{}\r\n", CommandError::Line(*fault));
             }
         }
-        self.prompt(out);
+        if self.effect.is_none() {
+            self.prompt(out);
+        }
     }
 
     /// Whether the interrupt has still to take what the last line asked for. Who sends the reply waits until it has,

@@ -161,6 +161,16 @@ impl Key {
     }
 }
 
+impl Key {
+    /// Whether a value is of the setting's kind and within its range.
+    pub(super) fn accepts(self, value: Value) -> bool {
+        match value {
+            Value::Number(number) => in_range(self, number).is_ok(),
+            Value::Shaper(_) => matches!(self, Self::Mode(_, ModeKey::Type)),
+        }
+    }
+}
+
 impl ModeKey {
     const ALL: [Self; 3] = [Self::Frequency, Self::DampingRatio, Self::Type];
 
@@ -235,34 +245,47 @@ impl Settings {
     /// # Errors
     /// [`Refusal`] says what the value should have been.
     pub fn set(&mut self, key: Key, text: &str) -> Result<(), Refusal> {
-        match key {
-            Key::Mode(index, ModeKey::Type) => {
-                let shaper = parse_shaper(text)?;
+        let value = match key {
+            Key::Mode(_, ModeKey::Type) => Value::Shaper(parse_shaper(text)?),
+            _ => Value::Number(text.parse().map_err(|_| Refusal::NotANumber)?),
+        };
+        self.put(key, value)
+    }
+
+    /// Sets a value. A refused value changes nothing.
+    ///
+    /// # Errors
+    /// [`Refusal`] says what the value should have been.
+    pub fn put(&mut self, key: Key, value: Value) -> Result<(), Refusal> {
+        match (key, value) {
+            (Key::Mode(index, ModeKey::Type), Value::Shaper(shaper)) => {
                 self.change_mode(index, |mode| mode.shaper = shaper);
             }
+            (Key::Mode(_, ModeKey::Type), Value::Number(_)) => return Err(Refusal::UnknownType),
+            (_, Value::Shaper(_)) => return Err(Refusal::NotANumber),
+            (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
+        }
+        Ok(())
+    }
+
+    fn put_number(&mut self, key: Key, number: f64) -> Result<(), Refusal> {
+        match key {
             Key::Mode(index, ModeKey::Frequency) => {
-                let frequency_hz = parse_number(key, text)?;
-                self.change_mode(index, |mode| mode.frequency_hz = frequency_hz);
+                self.change_mode(index, |mode| mode.frequency_hz = number);
             }
             Key::Mode(index, ModeKey::DampingRatio) => {
-                let damping_ratio = parse_number(key, text)?;
-                self.change_mode(index, |mode| mode.damping_ratio = damping_ratio);
+                self.change_mode(index, |mode| mode.damping_ratio = number);
             }
+            Key::Mode(_, ModeKey::Type) => return Err(Refusal::UnknownType),
             Key::TickRate => {
-                let number = parse_number(key, text)?;
                 self.tick_rate = TickRate::from_hz(number).ok_or(Refusal::OutOfRange { number, key })?;
             }
-            Key::Velocity => self.limits.velocity_mm_s = parse_number(key, text)?,
-            Key::Acceleration => self.limits.acceleration_mm_s2 = parse_number(key, text)?,
-            Key::TravelMin => {
-                self.limits.travel_mm = travel(parse_number(key, text)?, self.limits.travel_mm.1)?;
-            }
-            Key::TravelMax => {
-                self.limits.travel_mm = travel(self.limits.travel_mm.0, parse_number(key, text)?)?;
-            }
-            Key::StreamDecimation => self.stream_decimation = parse_whole(key, text)?,
+            Key::Velocity => self.limits.velocity_mm_s = number,
+            Key::Acceleration => self.limits.acceleration_mm_s2 = number,
+            Key::TravelMin => self.limits.travel_mm = travel(number, self.limits.travel_mm.1)?,
+            Key::TravelMax => self.limits.travel_mm = travel(self.limits.travel_mm.0, number)?,
+            Key::StreamDecimation => self.stream_decimation = whole(number)?,
             Key::AnalogFullScale => {
-                let number = parse_number(key, text)?;
                 self.analog_scale = AnalogScale::new(number).ok_or(Refusal::OutOfRange { number, key })?;
             }
         }
@@ -286,8 +309,7 @@ impl ModeSetting {
     }
 }
 
-fn parse_number(key: Key, text: &str) -> Result<f64, Refusal> {
-    let number: f64 = text.parse().map_err(|_| Refusal::NotANumber)?;
+fn in_range(key: Key, number: f64) -> Result<f64, Refusal> {
     if !number.is_finite() {
         return Err(Refusal::NotANumber);
     }
@@ -295,8 +317,7 @@ fn parse_number(key: Key, text: &str) -> Result<f64, Refusal> {
     if (low..=high).contains(&number) { Ok(number) } else { Err(Refusal::OutOfRange { number, key }) }
 }
 
-fn parse_whole(key: Key, text: &str) -> Result<u32, Refusal> {
-    let number = parse_number(key, text)?;
+fn whole(number: f64) -> Result<u32, Refusal> {
     if libm::trunc(number) == number { Ok(number as u32) } else { Err(Refusal::NotWhole { number }) }
 }
 

@@ -1,8 +1,13 @@
-//! What a person can set: the values, and in [`key`] their names, units, ranges and meaning.
+//! What a person can set: the values, in [`key`] their names, units, ranges and meaning, and in [`store`] how they
+//! survive a reset.
 
+pub mod erase_journal;
 pub mod key;
+pub mod record;
+pub mod store;
 
 pub use key::{Key, ModeKey, Refusal, Value};
+pub use store::{SettingsStore, StoreError, Stored};
 
 use crate::motion::MoveLimits;
 use crate::motion::stop::Braking;

@@ -8,14 +8,18 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::time::Duration;
 
-use stillbeam_firmware::console::{Console, Identity, MAX_REPLY};
+use embassy_futures::block_on;
+use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::machine::{Machine, Parts, TIMER_CLOCK_HZ};
+use stillbeam_firmware::settings::SettingsStore;
 
 use super::ByteLink;
+use super::ram_flash::RamFlash;
 
 /// The core as a board.
 pub struct InProcessBoard {
     parts: Parts<'static>,
+    store: SettingsStore<RamFlash>,
     /// Bytes on their way to the host.
     outgoing: VecDeque<u8>,
     clock_s: f64,
@@ -36,8 +40,14 @@ impl InProcessBoard {
         let identity =
             Identity { version: env!("CARGO_PKG_VERSION"), board: "core", timer_clock_hz: TIMER_CLOCK_HZ };
         let parts = machine.split(identity);
-        let mut board = Self { parts, outgoing: VecDeque::new(), clock_s: 0.0 };
-        board.say(|console, text| console.greet(text));
+        let mut board = Self {
+            parts,
+            store: SettingsStore::new(RamFlash::new()),
+            outgoing: VecDeque::new(),
+            clock_s: 0.0,
+        };
+        let restored = board.parts.console.restore(block_on(board.store.load()));
+        board.say(|console, text| console.greet(restored, text));
         board
     }
 
@@ -74,6 +84,10 @@ impl ByteLink for InProcessBoard {
             // As on the board: the reply is out when the interrupt has taken what the line asked for.
             while self.parts.console.has_waiting_request() {
                 self.tick();
+            }
+            if let Some(Effect::Save(settings)) = self.parts.console.take_effect() {
+                let saved = block_on(self.store.save(&settings));
+                self.say(|console, text| console.saved(saved, text));
             }
         }
         Ok(())

@@ -13,6 +13,7 @@ pub mod emulated;
 pub mod error;
 pub mod in_process;
 pub mod motion;
+mod ram_flash;
 pub mod serial;
 pub mod session;
 pub mod target;

@@ -1,0 +1,92 @@
+//! A setting as bytes in the flash.
+//!
+//! | bytes | meaning |
+//! |---|---|
+//! | 1 | id of the setting; a number once given is never given to another |
+//! | 1 | format of what follows: [`FORMAT`] |
+//! | 8 | a number: IEEE 754 double, least significant byte first, in the key's unit |
+//! | or 1 | a shaper type: 0 off, 1 ZV, 2 ZVD, 3 ZVDD |
+//!
+//! Length and CRC-32 are the store's. A record of more than [`MAX_BYTES`] bytes will never be written.
+
+use super::{Key, ModeKey, Value};
+use crate::shaper::ShaperType;
+
+/// The version of the bytes after the id.
+pub const FORMAT: u8 = 1;
+
+/// The most bytes a record of this or a later firmware may have, id included.
+pub const MAX_BYTES: usize = 64;
+
+/// A record's bytes after the id.
+pub type Bytes = heapless::Vec<u8, MAX_BYTES>;
+
+const FIRST_OF_MODES: u8 = 16;
+/// Ids per mode, one of them spare.
+const PER_MODE: u8 = 4;
+
+impl Key {
+    /// The setting's number in the flash, below 64.
+    pub fn id(self) -> u8 {
+        match self {
+            Self::TickRate => 1,
+            Self::Velocity => 2,
+            Self::Acceleration => 3,
+            Self::TravelMin => 4,
+            Self::TravelMax => 5,
+            Self::StreamDecimation => 6,
+            Self::AnalogFullScale => 7,
+            Self::Mode(index, part) => {
+                let part = match part {
+                    ModeKey::Frequency => 0,
+                    ModeKey::DampingRatio => 1,
+                    ModeKey::Type => 2,
+                };
+                FIRST_OF_MODES + PER_MODE * index as u8 + part
+            }
+        }
+    }
+
+    /// The setting of this number, if this firmware has it.
+    pub fn from_id(id: u8) -> Option<Self> {
+        Self::all().find(|key| key.id() == id)
+    }
+}
+
+/// The bytes of a value.
+pub fn encode(value: Value) -> Bytes {
+    let mut bytes = Bytes::new();
+    // Nine bytes at most, far fewer than there is room for.
+    let _fits = match value {
+        Value::Number(number) => {
+            bytes.push(FORMAT).is_ok() && bytes.extend_from_slice(&number.to_le_bytes()).is_ok()
+        }
+        Value::Shaper(shaper) => bytes.extend_from_slice(&[FORMAT, shaper_code(shaper)]).is_ok(),
+    };
+    bytes
+}
+
+/// The value of a setting's bytes; `None` when they are of another format or length. The range is not checked.
+pub fn decode(key: Key, bytes: &[u8]) -> Option<Value> {
+    let (&FORMAT, payload) = bytes.split_first()? else { return None };
+    match (key, payload) {
+        (Key::Mode(_, ModeKey::Type), [code]) => shaper(*code).map(Value::Shaper),
+        (Key::Mode(_, ModeKey::Type), _) => None,
+        (_, payload) => Some(Value::Number(f64::from_le_bytes(payload.try_into().ok()?))),
+    }
+}
+
+/// Numbers that are never given to another type.
+fn shaper_code(shaper: Option<ShaperType>) -> u8 {
+    match shaper {
+        None => 0,
+        Some(ShaperType::Zv) => 1,
+        Some(ShaperType::Zvd) => 2,
+        Some(ShaperType::Zvdd) => 3,
+    }
+}
+
+fn shaper(code: u8) -> Option<Option<ShaperType>> {
+    let every = ShaperType::ALL.into_iter().map(Some);
+    core::iter::once(None).chain(every).find(|shaper| shaper_code(*shaper) == code)
+}

@@ -207,3 +207,26 @@ fn no_byte_is_lost_when_commands_follow_replies_at_once() {
         }
     }
 }
+
+/// The emulator has no flash controller: what is written vanishes. A `save` that said `ok` would be a lie there.
+#[test]
+fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EmulatorOptions::default().shift);
+    let info = session.command("info").expect("info");
+    assert_eq!(info.line("settings_loaded"), Some("0"));
+    let store = info.line("settings_store").unwrap_or_default().to_owned();
+    assert!(store.starts_with("the settings region cannot be read"), "{store}");
+    for line in ["set move.velocity_mm_s 100", "apply"] {
+        session.command(line).expect(line);
+    }
+    match session.command("save") {
+        Err(BoardError::Refused { code, name, reason, .. }) => {
+            assert_eq!((code.as_str(), name.as_str()), ("flash", "save"));
+            assert!(reason.starts_with("what was written does not read back"), "{reason}");
+        }
+        answer => panic!("{answer:?}"),
+    }
+    session.command("move 1").expect("accepted");
+    assert_eq!(session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest"), 1_000_000);
+}

@@ -30,6 +30,23 @@ impl SettingsSectors {
     pub fn new(flash: Peri<'static, FLASH>) -> Self {
         Self { flash: Flash::new_blocking(flash) }
     }
+
+    // Not inlined, because the store reads and writes in dozens of places.
+    #[inline(never)]
+    fn read_now(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        self.flash.blocking_read(inside_slice(offset, bytes)?, bytes)
+    }
+
+    #[inline(never)]
+    fn erase_now(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        let (from, to) = inside(from, to)?;
+        self.flash.blocking_erase(from, to)
+    }
+
+    #[inline(never)]
+    fn write_now(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        self.flash.blocking_write(inside_slice(offset, bytes)?, bytes)
+    }
 }
 
 /// Nothing outside of the region is ever touched: the rest of the flash is this program.
@@ -50,7 +67,7 @@ impl ReadNorFlash for SettingsSectors {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        self.flash.blocking_read(inside_slice(offset, bytes)?, bytes)
+        self.read_now(offset, bytes)
     }
 
     fn capacity(&self) -> usize {
@@ -63,11 +80,10 @@ impl NorFlash for SettingsSectors {
     const ERASE_SIZE: usize = SECTOR;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        let (from, to) = inside(from, to)?;
-        self.flash.blocking_erase(from, to)
+        self.erase_now(from, to)
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.flash.blocking_write(inside_slice(offset, bytes)?, bytes)
+        self.write_now(offset, bytes)
     }
 }

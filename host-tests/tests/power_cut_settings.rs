@@ -318,7 +318,11 @@ fn the_format_in_the_flash_is_the_published_one() {
     }
     assert_eq!(record::encode(Value::Number(1.5)).as_slice(), [1, 0, 0, 0, 0, 0, 0, 0xf8, 0x3f]);
     assert_eq!(record::encode(Value::Shaper(None)).as_slice(), [1, 0]);
-    assert_eq!(record::encode(Value::Shaper(Some(ShaperType::Zvdd))).as_slice(), [1, 3]);
+    let types = ["zv", "zvd", "zvdd", "zvddd", "ei", "ei2", "ei3", "mzv"];
+    for (name, code) in types.into_iter().zip(1..) {
+        let kind: ShaperType = name.parse().expect("a type");
+        assert_eq!(record::encode(Value::Shaper(Some(kind))).as_slice(), [1, code], "{name}");
+    }
 }
 
 proptest! {

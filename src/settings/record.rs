@@ -5,7 +5,7 @@
 //! | 1 | id of the setting; a number once given is never given to another |
 //! | 1 | format of what follows: [`FORMAT`] |
 //! | 8 | a number: IEEE 754 double, least significant byte first, in the key's unit |
-//! | or 1 | a shaper type: 0 off, 1 ZV, 2 ZVD, 3 ZVDD |
+//! | or 1 | a shaper type: 0 off, 1 ZV, 2 ZVD, 3 ZVDD, 4 ZVDDD, 5 EI, 6 two-hump EI, 7 three-hump EI, 8 MZV |
 //!
 //! Length and CRC-32 are the store's. A record of more than [`MAX_BYTES`] bytes will never be written.
 
@@ -83,6 +83,11 @@ fn shaper_code(shaper: Option<ShaperType>) -> u8 {
         Some(ShaperType::Zv) => 1,
         Some(ShaperType::Zvd) => 2,
         Some(ShaperType::Zvdd) => 3,
+        Some(ShaperType::Zvddd) => 4,
+        Some(ShaperType::Ei) => 5,
+        Some(ShaperType::Ei2) => 6,
+        Some(ShaperType::Ei3) => 7,
+        Some(ShaperType::Mzv) => 8,
     }
 }
 

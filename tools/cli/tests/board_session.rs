@@ -75,7 +75,7 @@ fn replies_come_in_lines_and_end_in_ok() {
     assert_eq!(info.line("board"), Some("core"));
     session.command("set mode1.frequency_hz 1.1").unwrap();
     let get = session.command("get mode1.frequency_hz").unwrap();
-    assert_eq!(get.lines, ["mode1.frequency_hz = 1 Hz [1] staged 1.1"]);
+    assert_eq!(get.lines, ["mode1.frequency_hz = 1 Hz [1] {-} staged 1.1"]);
 }
 
 #[test]

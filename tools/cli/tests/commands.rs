@@ -152,7 +152,7 @@ fn console_commands_are_answered_and_refusals_end_in_two() {
         "--command",
         "get mode1.type",
     ]);
-    assert!(reply.ends_with("mode1.type = off [off] staged zv\nok get\n"), "{reply}");
+    assert!(reply.ends_with("mode1.type = off [off] {-} staged zv\nok get\n"), "{reply}");
     let run = stillbeam(&["console", "--port", "core", "--command", "set mode1.frequency_hz 0"]);
     assert_eq!(run.code, 2);
     assert!(run.messages.contains("mode1.frequency_hz") && run.messages.contains("0.01"), "{}", run.messages);

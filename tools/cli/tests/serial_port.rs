@@ -121,6 +121,6 @@ fn the_console_command_talks_to_a_port() {
     let run = child.wait_with_output().unwrap();
     let out = String::from_utf8_lossy(&run.stdout).into_owned();
     assert_eq!(run.status.code(), Some(0), "{}", String::from_utf8_lossy(&run.stderr));
-    assert!(out.contains("mode2.type = off [off] staged zvd"), "{out}");
+    assert!(out.contains("mode2.type = off [off] {-} staged zvd"), "{out}");
     assert!(out.contains("err unknown-command fly"), "{out}");
 }

@@ -133,7 +133,7 @@ impl<'m> Controller<'m> {
     fn give_back(&mut self, history: Option<&'m mut [i32]>) {
         if let Some(history) = history {
             // The queue has room for both histories there are, so this cannot fail.
-            let _returned = self.links.retired.enqueue(history);
+            let _returned = offer(&mut self.links.retired, history);
         }
     }
 
@@ -205,10 +205,20 @@ impl<'m> Controller<'m> {
         stream.ticks_to_next = stream.decimation - 1;
         let sample = Sample { sequence: stream.sequence, tick: self.tick, command: self.command, setpoint };
         stream.sequence = stream.sequence.wrapping_add(1);
-        let queued = self.links.samples.enqueue(sample).is_ok();
+        let queued = offer(&mut self.links.samples, sample).is_ok();
         if !queued {
             self.links.status.count_dropped();
         }
         queued
     }
+}
+
+/// Queues `value`, or gives it back when the queue is full.
+///
+/// heapless reduces its index modulo a length that it keeps at run time, which the compiler guards with a panic for
+/// zero. No queue has that length; saying so here takes the panic out of the interrupt.
+#[inline]
+fn offer<T>(queue: &mut Producer<'_, T>, value: T) -> Result<(), T> {
+    // The capacity is the length less one.
+    if queue.capacity() == usize::MAX { Err(value) } else { queue.enqueue(value) }
 }

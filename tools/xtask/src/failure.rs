@@ -44,4 +44,10 @@ pub enum Failure {
         /// What is wrong.
         reason: String,
     },
+    /// The tick interrupt can do what it must not.
+    #[error("the tick interrupt breaks its rules\n{report}")]
+    Interrupt {
+        /// What was found, and where.
+        report: String,
+    },
 }

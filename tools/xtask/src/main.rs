@@ -4,6 +4,7 @@ mod cargo;
 mod emulate;
 mod failure;
 mod firmware;
+mod interrupt;
 mod libtest;
 mod run;
 mod setup;
@@ -19,6 +20,7 @@ const USAGE: &str = "usage: cargo xtask CHORE
   test                 everything: set-up, format, lints, firmware image, host and emulator tests
   firmware             build the release image and print its path
   size [--symbols N]   build the image and print how much flash and RAM it takes
+  check-interrupt      build the image and prove that its tick never panics, locks or emulates floats
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -51,6 +53,7 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["firmware"] => println!("{}", firmware::build(setup::compiler()?)?.display()),
         ["size"] => size::size(0)?,
         ["size", "--symbols", count] => size::size(number(count)?)?,
+        ["check-interrupt"] => interrupt::check_interrupt()?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
         ["setup"] => setup::everything()?,

@@ -9,7 +9,7 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::libtest::Tally;
 use crate::run::{cannot_start, describe, run, say};
-use crate::{firmware, setup, size};
+use crate::{firmware, interrupt, setup, size};
 
 /// Set for the emulator tests: the image to boot.
 const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
@@ -31,6 +31,10 @@ pub fn test() -> Result<ExitCode, Failure> {
     }
     let image = compiler.and_then(|compiler| outcome.step("firmware image", || firmware::build(compiler)));
     if let Some(image) = &image {
+        outcome.step("tick interrupt", || {
+            print!("{}", interrupt::check(image)?);
+            Ok(())
+        });
         outcome.step("image size", || {
             print!("{}", size::report(image, 0)?);
             Ok(())

@@ -10,6 +10,18 @@ use super::error::EmulatorError;
 /// peripherals are configured.
 pub const BOOT_COMPLETE_SYMBOL: &str = "stillbeam_boot_complete";
 
+/// Address (even) of the function `name` of the image.
+///
+/// # Errors
+///
+/// [`EmulatorError::Image`] where the image cannot be read or has no such function.
+pub fn function_address(image: &Path, name: &str) -> Result<u32, EmulatorError> {
+    let symbols = ImageSymbols::read(image)?;
+    symbols.functions.iter().find(|(_, _, own)| own == name).map(|(start, _, _)| *start).ok_or_else(|| {
+        EmulatorError::Image { image: image.to_owned(), reason: format!("it has no function `{name}`") }
+    })
+}
+
 /// The functions of an image.
 #[derive(Debug)]
 pub(super) struct ImageSymbols {

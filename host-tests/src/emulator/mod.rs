@@ -13,9 +13,11 @@ mod boot;
 pub mod clock_cover;
 mod error;
 mod image;
+pub mod interrupt_cost;
 mod process;
 pub mod rsp;
 mod serial;
+pub mod stack;
 pub mod thumb;
 mod tick_alignment;
 mod version;
@@ -26,7 +28,7 @@ use std::time::{Duration, Instant};
 
 pub use boot::BootReport;
 pub use error::EmulatorError;
-pub use image::BOOT_COMPLETE_SYMBOL;
+pub use image::{BOOT_COMPLETE_SYMBOL, function_address};
 pub use version::{OLDEST_MAJOR, QemuVersion};
 
 use boot::BootFailure;
@@ -34,6 +36,7 @@ use image::ImageSymbols;
 use process::QemuProcess;
 use rsp::RspClient;
 use serial::HeldSerial;
+use stack::StackRegion;
 use tempfile::TempDir;
 
 /// How to run the emulator.
@@ -71,6 +74,8 @@ pub struct Emulator {
     serial: HeldSerial,
     report: BootReport,
     version: QemuVersion,
+    gdb: PathBuf,
+    stack: StackRegion,
     _directory: TempDir,
 }
 
@@ -83,6 +88,7 @@ impl Emulator {
     /// a start-up that does not end, an access that cannot be served.
     pub fn boot(image: &Path, options: &EmulatorOptions) -> Result<Self, EmulatorError> {
         let symbols = ImageSymbols::read(image)?;
+        let stack = StackRegion::read(image)?;
         let version = version::check(&options.qemu)?;
         let directory = tempfile::Builder::new()
             .prefix("stillbeam-emulator-")
@@ -97,25 +103,38 @@ impl Emulator {
         )?;
         let deadline = Instant::now() + options.start_limit;
         let serial = wait_for(&mut process, deadline, "its serial port", || HeldSerial::open(&terminal))?;
-        let link = wait_for(&mut process, deadline, "its debug link", || {
-            let stream = UnixStream::connect(&gdb)?;
-            // Short, so that the protocol's own limits are kept.
-            stream.set_read_timeout(Some(Duration::from_millis(100)))?;
-            Ok(stream)
-        })?;
-        let report =
-            boot::boot(RspClient::new(link), &symbols, options.boot_limit).map_err(
-                |failure| match failure {
-                    BootFailure::Emulator(error) => error,
-                    BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
-                },
-            )?;
-        Ok(Self { process, serial, report, version, _directory: directory })
+        let link = wait_for(&mut process, deadline, "its debug link", || connect(&gdb))?;
+        let mut client = RspClient::new(link);
+        let report = stack
+            .paint(&mut client)
+            .map_err(BootFailure::Link)
+            .and_then(|()| boot::boot(client, &symbols, options.boot_limit))
+            .map_err(|failure| match failure {
+                BootFailure::Emulator(error) => error,
+                BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
+            })?;
+        Ok(Self { process, serial, report, version, gdb, stack, _directory: directory })
     }
 
     /// The pseudo-terminal that is the board's serial port; open it like any serial port.
     pub fn serial_port(&self) -> &Path {
         self.serial.path()
+    }
+
+    /// Stops the CPU and returns a debugger's link to it; [`RspClient::detach`] lets it run on.
+    ///
+    /// # Errors
+    ///
+    /// [`EmulatorError::Process`] where the emulator does not accept the link.
+    pub fn debug(&mut self) -> Result<RspClient<UnixStream>, EmulatorError> {
+        let deadline = Instant::now() + Duration::from_secs(5);
+        let stream = wait_for(&mut self.process, deadline, "its debug link", || connect(&self.gdb))?;
+        Ok(RspClient::new(stream))
+    }
+
+    /// Where the image's stack is. It was painted before the image started.
+    pub fn stack(&self) -> StackRegion {
+        self.stack
     }
 
     /// How the start-up went.
@@ -147,6 +166,13 @@ impl Emulator {
             }),
         }
     }
+}
+
+fn connect(gdb: &Path) -> std::io::Result<UnixStream> {
+    let stream = UnixStream::connect(gdb)?;
+    // Short, so that the protocol's own limits are kept.
+    stream.set_read_timeout(Some(Duration::from_millis(100)))?;
+    Ok(stream)
 }
 
 fn arguments(image: &Path, shift: u8, gdb: &Path, terminal: &Path) -> Vec<String> {

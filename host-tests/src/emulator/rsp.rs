@@ -34,6 +34,12 @@ pub enum RspError {
         /// The packet as it arrived or was sent.
         packet: String,
     },
+    /// The CPU was stepped for long without getting where it was expected.
+    #[error("no return from the interrupt after {instructions} instructions")]
+    Endless {
+        /// How many it executed.
+        instructions: u32,
+    },
     /// The stub answered with an error or with something that is not an answer to the command.
     #[error("the debug stub answered {answer:?} to {command:?}")]
     Refused {
@@ -117,6 +123,16 @@ impl<S: Read + Write> RspClient<S> {
         self.expect_ok(&format!("M{address:x},4:{}", word_hex(value)))
     }
 
+    /// Writes bytes to memory at `address`; about a thousand fit into a packet.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the stub refuses.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), RspError> {
+        let content: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+        self.expect_ok(&format!("M{address:x},{:x}:{content}", bytes.len()))
+    }
+
     /// Stops the CPU before every read and write of a range.
     ///
     /// # Errors
@@ -160,9 +176,16 @@ impl<S: Read + Write> RspClient<S> {
     /// [`RspError::Timeout`] where it does not stop within `limit` (it then still runs:
     /// [`Self::interrupt`]), otherwise what the link says.
     pub fn resume(&mut self, limit: Duration) -> Result<Stop, RspError> {
-        self.send("c")?;
-        let answer = self.receive(limit)?;
-        parse_stop(&answer).ok_or_else(|| refused("c", &answer))
+        self.run("c", limit)
+    }
+
+    /// Executes one instruction; interrupts wait.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the CPU does not stop within `limit`.
+    pub fn step(&mut self, limit: Duration) -> Result<Stop, RspError> {
+        self.run("s", limit)
     }
 
     /// Stops a running CPU.
@@ -183,6 +206,12 @@ impl<S: Read + Write> RspClient<S> {
     /// [`RspError`] where the link fails or the stub refuses.
     pub fn detach(mut self) -> Result<(), RspError> {
         self.expect_ok("D")
+    }
+
+    fn run(&mut self, command: &str, limit: Duration) -> Result<Stop, RspError> {
+        self.send(command)?;
+        let answer = self.receive(limit)?;
+        parse_stop(&answer).ok_or_else(|| refused(command, &answer))
     }
 
     fn word(&mut self, command: &str) -> Result<u32, RspError> {

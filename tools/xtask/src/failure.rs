@@ -50,4 +50,18 @@ pub enum Failure {
         /// What was found, and where.
         report: String,
     },
+    /// The image takes clearly more than it did when its numbers were recorded.
+    #[error(
+        "{what} went from {recorded} to {now}, more than {limit_pct} % up; `cargo xtask bench-firmware` records it anew if it has to be"
+    )]
+    Regression {
+        /// What was measured.
+        what: &'static str,
+        /// As recorded.
+        recorded: u64,
+        /// As measured.
+        now: u64,
+        /// How much more is accepted, in per cent.
+        limit_pct: u64,
+    },
 }

@@ -1,5 +1,6 @@
 //! The project's chores, one file each: `cargo xtask CHORE`.
 
+mod bench_firmware;
 mod cargo;
 mod emulate;
 mod failure;
@@ -21,6 +22,7 @@ const USAGE: &str = "usage: cargo xtask CHORE
   firmware             build the release image and print its path
   size [--symbols N]   build the image and print how much flash and RAM it takes
   check-interrupt      build the image and prove that its tick never panics, locks or emulates floats
+  bench-firmware       count the tick's instructions in the emulator and record them in docs/results
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -53,6 +55,7 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["firmware"] => println!("{}", firmware::build(setup::compiler()?)?.display()),
         ["size"] => size::size(0)?,
         ["size", "--symbols", count] => size::size(number(count)?)?,
+        ["bench-firmware"] => bench_firmware::record()?,
         ["check-interrupt"] => interrupt::check_interrupt()?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,

@@ -18,6 +18,39 @@ pub fn size(symbols: usize) -> Result<(), Failure> {
     Ok(())
 }
 
+/// What an image takes in total, in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Totals {
+    /// Code and constants.
+    pub text: u64,
+    /// What RAM starts with.
+    pub data: u64,
+    /// RAM that starts as zero or with anything.
+    pub bss: u64,
+}
+
+/// The totals of an image.
+pub fn totals(image: &Path) -> Result<Totals, Failure> {
+    let fail = |reason: String| Failure::File { path: image.to_owned(), reason };
+    let bytes = std::fs::read(image).map_err(|error| fail(error.to_string()))?;
+    let file = object::File::parse(bytes.as_slice()).map_err(|error| fail(error.to_string()))?;
+    let sections: Vec<_> = file.sections().filter_map(|section| occupied(&section)).collect();
+    Ok(Totals::of(&sections))
+}
+
+impl Totals {
+    fn of(sections: &[Section]) -> Self {
+        let total = |wanted: &dyn Fn(&Section) -> bool| -> u64 {
+            sections.iter().filter(|section| wanted(section)).map(|section| section.bytes).sum()
+        };
+        Self {
+            text: total(&|section| section.loaded && !section.writable),
+            data: total(&|section| section.loaded && section.writable),
+            bss: total(&|section| !section.loaded),
+        }
+    }
+}
+
 /// One section that takes memory on the board.
 #[derive(Debug, Clone, Copy)]
 struct Section {
@@ -64,9 +97,7 @@ fn summary(sections: &[Section]) -> String {
     let total = |wanted: &dyn Fn(&Section) -> bool| -> u64 {
         sections.iter().filter(|section| wanted(section)).map(|section| section.bytes).sum()
     };
-    let text = total(&|section| section.loaded && !section.writable);
-    let data = total(&|section| section.loaded && section.writable);
-    let bss = total(&|section| !section.loaded);
+    let Totals { text, data, bss } = Totals::of(sections);
     let mut lines = format!("text {text}  data {data}  bss {bss}  (bytes)\n");
     for (name, first, length) in MEMORIES {
         let used = total(&|section| {

@@ -9,7 +9,7 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::libtest::Tally;
 use crate::run::{cannot_start, describe, run, say};
-use crate::{firmware, interrupt, setup, size};
+use crate::{bench_firmware, firmware, interrupt, setup, size};
 
 /// Set for the emulator tests: the image to boot.
 const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
@@ -42,6 +42,12 @@ pub fn test() -> Result<ExitCode, Failure> {
     }
     let image = image.filter(|_| emulator.is_some());
     outcome.tests(image.as_deref())?;
+    if let Some(image) = &image {
+        outcome.step("cost of the tick", || {
+            println!("{}", bench_firmware::gate(image)?);
+            Ok(())
+        });
+    }
     let everything_must_run = std::env::var("CI").is_ok_and(|value| value == "true");
     let (summary, well) = outcome.conclude(everything_must_run);
     print!("{summary}");

@@ -1,0 +1,87 @@
+//! The recorded numbers.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+
+/// All numbers of an image.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Numbers {
+    /// Ticks that were counted.
+    pub tick: Vec<TickNumbers>,
+    /// The stack, where it was looked at.
+    pub stack: Option<StackNumbers>,
+    /// What the image takes.
+    pub size: Option<SizeNumbers>,
+}
+
+/// Instructions of a whole tick interrupt in one state of the machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TickNumbers {
+    /// How many modes are shaped.
+    pub modes: u32,
+    /// By which shaper.
+    pub shaper: String,
+    /// Whether every tick queues a sample.
+    pub streams: bool,
+    /// The machine's state, as `status` names it.
+    pub motion: String,
+    /// Samples of history that the table needs, 4 bytes each.
+    pub history_samples: u32,
+    /// Fewest instructions of a tick.
+    pub least: u32,
+    /// Their median.
+    pub median: u32,
+    /// Most instructions of a tick.
+    pub most: u32,
+}
+
+/// The stack.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StackNumbers {
+    /// The deepest it was, in bytes.
+    pub bytes: u32,
+}
+
+/// The image, in bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SizeNumbers {
+    /// Code and constants.
+    pub text: u64,
+    /// What RAM starts with.
+    pub data: u64,
+    /// RAM that starts as zero.
+    pub bss: u64,
+}
+
+impl Numbers {
+    /// Reads TOML; `source` serves the error.
+    pub fn parse(text: &str, source: &Path) -> Result<Self, Failure> {
+        toml::from_str(text)
+            .map_err(|error| Failure::File { path: source.to_owned(), reason: error.to_string() })
+    }
+
+    /// Writes TOML, with the command that made it on top.
+    pub fn to_toml(&self) -> Result<String, Failure> {
+        let body = toml::to_string(self)
+            .map_err(|error| Failure::File { path: "firmware.toml".into(), reason: error.to_string() })?;
+        Ok(format!("# Made by `cargo xtask bench-firmware`.\n\n{body}"))
+    }
+
+    /// The tick of a table, by motion and telemetry.
+    pub fn find(&self, modes: u32, shaper: &str, motion: &str, streams: bool) -> Option<&TickNumbers> {
+        self.tick.iter().find(|tick| {
+            (tick.modes, tick.streams) == (modes, streams) && tick.shaper == shaper && tick.motion == motion
+        })
+    }
+}
+
+impl TickNumbers {
+    /// Whether both were counted in the same state.
+    pub fn is_same_case(&self, other: &Self) -> bool {
+        (self.modes, self.streams) == (other.modes, other.streams)
+            && (&self.shaper, &self.motion) == (&other.shaper, &other.motion)
+    }
+}

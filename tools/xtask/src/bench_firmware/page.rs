@@ -1,0 +1,104 @@
+//! docs/results/firmware.md.
+
+use super::numbers::{Numbers, TickNumbers};
+
+/// Taps of one stage where none of them fall on the same tick.
+const TAPS: [(&str, u32); 3] = [("zv", 3), ("zvd", 6), ("zvdd", 10)];
+/// Taps of the plain convolution that the cascade is compared with.
+const FLAT_TAPS: u32 = 16;
+
+/// The page, in Markdown.
+pub fn page(numbers: &Numbers) -> String {
+    let mut text = String::from(
+        "# What the firmware costs\n\nMade by `cargo xtask bench-firmware` on the release image in the emulator, \
+         where every instruction of the\ntick interrupt is stepped and counted: from the handler's first to its \
+         return, in 12 ticks of each case.\nInstructions are not cycles: the core takes about 1.2 to 2 cycles for \
+         one, from flash with its cache.\n\n## Instructions per tick\n\nLeast / median / most.\n\n\
+         | table | taps | RAM of its history | state | no telemetry | a sample every tick |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    for tick in numbers.tick.iter().filter(|tick| !tick.streams) {
+        let streaming = numbers.find(tick.modes, &tick.shaper, &tick.motion, true);
+        text += &format!(
+            "| {} | {} | {} bytes | {} | {} | {} |\n",
+            table(tick),
+            taps(tick),
+            tick.history_samples * 4,
+            tick.motion,
+            counts(tick),
+            streaming.map_or_else(|| "-".to_owned(), counts)
+        );
+    }
+    text += &cascade(numbers);
+    if let Some(size) = numbers.size {
+        text += &format!(
+            "\n## Memory\n\n| | bytes |\n|---|---|\n| text and constants (goal: 65536) | {} |\n| data | {} |\n\
+             | bss | {} |\n",
+            size.text, size.data, size.bss
+        );
+        if let Some(stack) = numbers.stack {
+            text += &format!("| deepest stack in all of the above, start-up included | {} |\n", stack.bytes);
+        }
+    }
+    text
+}
+
+/// What shaping adds while moving.
+fn cascade(numbers: &Numbers) -> String {
+    let Some(plain) = numbers.find(0, "off", "moving", false) else { return String::new() };
+    let mut text = String::from(
+        "\n## The cascade alone\n\nA tick of a move with the table, less one without, by the medians.\n\n\
+         | table | taps | instructions | per tap |\n|---|---|---|---|\n",
+    );
+    let mut longest = None;
+    for tick in numbers.tick.iter().filter(|tick| tick.motion == "moving" && !tick.streams && tick.modes > 0)
+    {
+        let added = tick.median.saturating_sub(plain.median);
+        let per_tap = f64::from(added) / f64::from(taps(tick).max(1));
+        text += &format!("| {} | {} | {added} | {per_tap:.1} |\n", table(tick), taps(tick));
+        longest = Some((tick, added));
+    }
+    if let Some((tick, added)) = longest {
+        text += &format!(
+            "\nGoals: at most 150 instructions for the cascade of {}: {}. At most 500 for its whole interrupt: {}.\n",
+            table(tick),
+            reached(added, 150),
+            reached(tick.median, 500)
+        );
+    }
+    text + &flat(numbers, plain)
+}
+
+/// Two modes of ZV as one convolution, estimated.
+fn flat(numbers: &Numbers, plain: &TickNumbers) -> String {
+    let moving = |modes, shaper| numbers.find(modes, shaper, "moving", false).map(|tick| tick.median);
+    let (Some(short), Some(long)) = (moving(1, "zv"), moving(1, "zvdd")) else { return String::new() };
+    let slope = f64::from(long.saturating_sub(short)) / 7.0;
+    let fixed = f64::from(short.saturating_sub(plain.median)) - 3.0 * slope;
+    format!(
+        "\nAn estimate, not a measurement: a flat convolution of {FLAT_TAPS} taps in the same code, at {slope:.1} \
+         instructions per tap and {fixed:.0} for\nits ring (from one mode of ZV and of ZVDD), would take {:.0}. Two \
+         modes of ZVDD need 20 taps as a cascade and up to 100 when multiplied out.\n",
+        fixed + slope * f64::from(FLAT_TAPS)
+    )
+}
+
+fn reached(value: u32, goal: u32) -> String {
+    format!("{value}, {}", if value <= goal { "reached" } else { "missed" })
+}
+
+fn table(tick: &TickNumbers) -> String {
+    match tick.modes {
+        0 => "none".to_owned(),
+        1 => format!("1 mode {}", tick.shaper),
+        modes => format!("{modes} modes {}", tick.shaper),
+    }
+}
+
+fn taps(tick: &TickNumbers) -> u32 {
+    TAPS.iter().find(|(name, _)| *name == tick.shaper).map_or(0, |(_, taps)| taps * tick.modes)
+}
+
+fn counts(tick: &TickNumbers) -> String {
+    format!("{} / {} / {}", tick.least, tick.median, tick.most)
+}

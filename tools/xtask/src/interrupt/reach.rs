@@ -137,14 +137,16 @@ impl Walk<'_> {
         (self.function.start..self.function.end).contains(&address)
     }
 
-    /// The targets of the branch table at `start`.
+    /// The targets of the branch table at `start`: its entries up to the first that does not lead to code of this
+    /// function. What fills the table up is zero, which leads to the table itself; constants may follow, and where
+    /// they look like entries the check follows more than there is, never less.
     fn table(&self, start: u32, entry_bytes: u32) -> Result<Vec<u32>, Finding> {
-        let mut entries = self.code.table_entries(start, entry_bytes).ok_or(Finding::Lost)?;
-        // A table of bytes is filled up to the next halfword; an entry of zero would be the table itself.
-        if entry_bytes == 1 && entries.last() == Some(&0) {
-            entries.pop();
-        }
-        Ok(entries.into_iter().map(|entry| start + 2 * entry).collect())
+        let entries = self.code.table_entries(start, entry_bytes).ok_or(Finding::Lost)?;
+        let targets = entries.into_iter().map(|entry| start.wrapping_add(2 * entry));
+        let targets: Vec<_> = targets
+            .take_while(|target| self.holds(*target) && self.code.halfword(*target).is_some())
+            .collect();
+        if targets.is_empty() { Err(Finding::Lost) } else { Ok(targets) }
     }
 }
 

@@ -124,6 +124,14 @@ fn every_entry_of_a_branch_table_is_followed() {
 }
 
 #[test]
+fn constants_behind_a_branch_table_are_not_taken_for_entries() {
+    // tbb [pc, r0]; entries 4 and 5; a filling nop and a constant; then two returns.
+    let mut code = link(&[("TIM2", &[0xe8df, 0xf000, 0x0504, 0xbf00, 0x0605, 0x0807, BX_LR, BX_LR])]);
+    code.set_marks(vec![(BASE, false), (BASE + 4, true), (BASE + 12, false)]);
+    assert_eq!(judge(&code).violations, Vec::<String>::new());
+}
+
+#[test]
 fn names_of_all_kinds_are_forbidden_and_the_allowed_ones_are_not() {
     use super::super::verdict::why_forbidden;
     for name in [

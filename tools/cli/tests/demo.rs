@@ -67,7 +67,9 @@ fn the_demo_on_the_core_writes_everything_and_stills_the_beam() {
     assert!(run.out.contains("22.04") && run.out.contains("5.83"), "{}", run.out);
     let sweep = stillbeam_recording::read_csv(&out.join("sweep.csv")).unwrap();
     let frames = sweep.column("tip_deflection_m").unwrap().iter().filter(|tip_m| !tip_m.is_nan()).count();
-    assert!(frames * 10 >= sweep.len() && frames * 10 < sweep.len() + 20, "{frames} of {}", sweep.len());
+    // The camera sees 100 frames a second, from the first sample to the last.
+    let expected = (100.0 * sweep.duration_s()).floor() as usize + 1;
+    assert_eq!(frames, expected, "{frames} of {}", sweep.len());
     let report = read("report.html");
     assert!(report.matches("<svg").count() >= 9 && report.ends_with("</html>"));
     assert!(!report.contains("http://") && !report.contains("https://") && !report.contains("<script"));

@@ -10,11 +10,13 @@ use stillbeam_shape::{Crc32, DesignOptions, ShaperDesign};
 use super::board_setup::{apply_shapers, decimation, go_to_zero};
 use super::cases::{CASES, Case};
 use super::rig::{Rig, camera};
-use super::sweep::STREAM_HZ;
 use crate::base_move::BaseMove;
 use crate::board::Session;
 use crate::error::CliError;
 use crate::streams::write_file;
+
+/// Streamed samples per second. A move's corners are sharper than a sweep's sines.
+const STREAM_HZ: f64 = 1000.0;
 
 /// The paper's move.
 pub const TARGET_MM: f64 = 50.0;

@@ -14,7 +14,7 @@ bind_interrupts!(struct Interrupts {
 ///
 /// After the last byte of a transmission the driver asks for a "transmission complete" interrupt, and clears that flag
 /// by reading the status register and writing it back. "Byte received" is in the same register and is cleared by
-/// writing 0 too, so a byte that arrives between the two is lost: seen about once in twenty runs on the emulator,
+/// writing 0 too, so a byte that arrives between the two is lost: a letter in about 300 commands on the emulator,
 /// where a host answers at once. Only the driver's `flush` needs that interrupt, and nothing here flushes; so it is
 /// switched off again before it can come.
 struct KeepReceivedBytes;

@@ -1,0 +1,44 @@
+//! The commands: which line is which, and one file per family of them.
+
+mod motions;
+mod reports;
+mod setting_values;
+mod shaping;
+mod streaming;
+mod words;
+
+use core::fmt::{self, Write};
+
+use super::error::CommandError;
+use super::{Console, help};
+use words::no_more;
+
+/// Nothing but `Ok` can be done about output that does not fit; [`super::MAX_REPLY`] rules it out.
+fn say(out: &mut dyn Write, line: fmt::Arguments<'_>) {
+    let _best_effort = out.write_fmt(line).and_then(|()| out.write_str("\r\n"));
+}
+
+impl Console<'_> {
+    pub(super) fn execute<'l>(&mut self, line: &'l str, out: &mut dyn Write) -> Result<(), CommandError<'l>> {
+        let mut words = line.split_ascii_whitespace();
+        let command = words.next().unwrap_or_default();
+        match command {
+            "help" => help::help(words, out),
+            "info" => no_more(words, "info", "info").map(|()| self.info(out)),
+            "status" => no_more(words, "status", "status").map(|()| self.print_status(out)),
+            "get" => self.get(words, out),
+            "set" => self.set(words, out),
+            "apply" => no_more(words, "apply", "apply").and_then(|()| self.apply(out)),
+            "revert" => no_more(words, "revert", "revert").map(|()| self.revert(out)),
+            "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
+            "save" => no_more(words, "save", "save").and_then(|()| self.save()),
+            "shaper" => self.switch_shaper(words, out),
+            "move" => self.start_move(words, out),
+            "sweep" => self.start_sweep(words, out),
+            "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
+            "stream" => self.stream(words, out),
+            "echo" => self.switch_echo(words, out),
+            _ => Err(CommandError::UnknownCommand(command)),
+        }
+    }
+}

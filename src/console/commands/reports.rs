@@ -1,0 +1,48 @@
+//! `info` and `status`.
+
+use core::fmt::Write;
+
+use super::say;
+use super::words::on_off;
+use crate::console::Console;
+
+impl Console<'_> {
+    pub(super) fn info(&self, out: &mut dyn Write) {
+        let table = &self.table;
+        say(out, format_args!("firmware stillbeam {}", self.identity.version));
+        say(out, format_args!("board {}", self.identity.board));
+        say(out, format_args!("tick_hz {}", table.tick_rate().hz()));
+        say(out, format_args!("shaper {}", on_off(self.shaper_on)));
+        say(out, format_args!("shaper_modes {}", table.stages().len()));
+        self.describe_table(out);
+        self.describe_stored(out);
+        say(out, format_args!("ok info"));
+    }
+
+    fn describe_table(&self, out: &mut dyn Write) {
+        let table = &self.table;
+        say(out, format_args!("shaper_crc32 0x{:08x}", table.crc32()));
+        say(out, format_args!("shaper_duration_ms {:.3}", table.duration_s() * 1e3));
+        say(out, format_args!("shaper_delay_ms {:.3}", table.delay_s() * 1e3));
+        say(out, format_args!("history_samples {} of {}", table.history_samples(), self.history_samples));
+    }
+
+    fn describe_stored(&self, out: &mut dyn Write) {
+        say(out, format_args!("settings_loaded {}", self.stored.loaded()));
+        say(out, format_args!("settings_skipped {}", self.stored.skipped()));
+        say(out, format_args!("settings_unknown {}", self.stored.unknown()));
+        match self.store_fault {
+            None => say(out, format_args!("settings_store ok")),
+            Some(fault) => say(out, format_args!("settings_store {fault}")),
+        }
+    }
+
+    pub(super) fn print_status(&self, out: &mut dyn Write) {
+        say(out, format_args!("state {}", self.status.activity().name()));
+        say(out, format_args!("tick {}", self.status.tick()));
+        say(out, format_args!("command_nm {}", self.status.command().0));
+        say(out, format_args!("setpoint_nm {}", self.status.setpoint().0));
+        say(out, format_args!("dropped_samples {}", self.status.dropped()));
+        say(out, format_args!("ok status"));
+    }
+}

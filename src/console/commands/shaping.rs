@@ -1,0 +1,101 @@
+//! `shaper`, and the way of a table from settings to the interrupt.
+
+use core::fmt::Write;
+
+use super::say;
+use super::words::{Words, no_more, parse_switch};
+use crate::console::Console;
+use crate::console::error::{Busy, CommandError};
+use crate::control::Request;
+use crate::settings::Settings;
+use crate::shaper::table::TableError;
+use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable};
+use crate::telemetry::Activity;
+use crate::units::TickRate;
+
+impl Console<'_> {
+    pub(super) fn switch_shaper<'l>(
+        &mut self,
+        mut words: Words<'l>,
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError<'l>> {
+        let on = parse_switch(words.next(), "shaper", "shaper on|off")?;
+        no_more(words, "shaper", "shaper on|off")?;
+        let live = self.live.clone();
+        self.run(&live, on, "shaper")?;
+        self.shaper_on = on;
+        self.say_table("shaper", out);
+        Ok(())
+    }
+
+    pub(super) fn say_table(&self, command: &str, out: &mut dyn Write) {
+        let table = &self.table;
+        say(
+            out,
+            format_args!(
+                "ok {command} crc32=0x{:08x} modes={} duration_ms={:.3} delay_ms={:.3}",
+                table.crc32(),
+                table.stages().len(),
+                table.duration_s() * 1e3,
+                table.delay_s() * 1e3
+            ),
+        );
+    }
+
+    /// Builds everything that `settings` need and hands it to the interrupt, or refuses and changes nothing.
+    pub(super) fn run(
+        &mut self,
+        settings: &Settings,
+        shaper_on: bool,
+        command: &'static str,
+    ) -> Result<(), CommandError<'static>> {
+        self.require_taken(command)?;
+        let tick_rate = settings.tick_rate().attainable(self.identity.timer_clock_hz);
+        if tick_rate != self.table.tick_rate() {
+            self.require_rest(command)?;
+        } else if self.status.activity() == Activity::Sweeping {
+            // See `shaper::handover`: the command must not reverse while a table is replaced.
+            let reason = Busy::Activity(Activity::Sweeping);
+            return Err(CommandError::Busy { command, reason });
+        }
+        let table = if shaper_on { design(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
+        let (needed, available) = (table.history_samples(), self.history_samples);
+        if needed > available {
+            return Err(CommandError::Memory { needed, available, tick_rate });
+        }
+        let history = self.spare_history.take().or_else(|| self.retired.dequeue());
+        let Some(history) = history else {
+            return Err(CommandError::Busy { command, reason: Busy::Handover });
+        };
+        let cascade = match Cascade::new(&table, history) {
+            Ok(cascade) => cascade,
+            Err(refused) => {
+                self.spare_history = Some(refused.history);
+                return Err(CommandError::Memory { needed: refused.needed, available, tick_rate });
+            }
+        };
+        // The queue is empty and has room for both.
+        self.request(command, Request::Shape(cascade))?;
+        let (braking, analog) = (settings.braking(), settings.analog_scale());
+        self.request(command, Request::Configure { braking, analog })?;
+        self.table = table;
+        Ok(())
+    }
+}
+
+/// The table of the settings' shaped modes.
+fn design(settings: &Settings, tick_rate: TickRate) -> Result<ShaperTable, CommandError<'static>> {
+    let mut modes: heapless::Vec<Mode, MAX_MODES> = heapless::Vec::new();
+    let mut numbers: heapless::Vec<usize, MAX_MODES> = heapless::Vec::new();
+    for (index, mode) in settings.shaped_modes() {
+        let mode = mode.map_err(|error| CommandError::Mode { index, error })?;
+        // There are no more settings than MAX_MODES.
+        let _fits = (modes.push(mode), numbers.push(index));
+    }
+    ShaperTable::design(&modes, tick_rate).map_err(|error| match error {
+        TableError::Mode { index, error } => {
+            CommandError::Mode { index: numbers.get(index).copied().unwrap_or(index), error }
+        }
+        TableError::TooManyModes { .. } => CommandError::Usage { command: "apply", usage: "apply" },
+    })
+}

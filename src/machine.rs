@@ -8,9 +8,12 @@ use crate::settings::Settings;
 use crate::shaper::{Cascade, ShaperTable};
 use crate::telemetry::{Sample, Status};
 
-/// Samples of history that one table may use. Two histories, one live and one for the next table, take
-/// 108 KiB of the 128 KiB of main memory. At 4 kHz a table may last 3.45 s in total.
+/// Samples of history that one table may use. Two histories, one live and one for the next table, take 54 KiB each:
+/// one of the board's main memory, one of its core-coupled memory. At 4 kHz a table may last 3.45 s in total.
 pub const HISTORY_SAMPLES: usize = 13_824;
+
+/// The memory of one table. Apart from [`Machine`], because a board may keep its two histories in different memories.
+pub type History = [i32; HISTORY_SAMPLES];
 
 /// The clock of the board's tick timer, in hertz. A tick takes a whole number of its periods.
 pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
@@ -21,9 +24,8 @@ const SAMPLE_QUEUE: usize = 256;
 /// Requests that wait for the interrupt, which takes one per tick.
 const REQUEST_QUEUE: usize = 4;
 
-/// All memory of a machine. The board keeps one in a `static`, tests make as many as they like.
+/// All memory of a machine but its two histories. The board keeps one in a `static`, tests make as many as they like.
 pub struct Machine<'m> {
-    histories: [[i32; HISTORY_SAMPLES]; 2],
     requests: Queue<Request<'m>, REQUEST_QUEUE>,
     retired: Queue<&'m mut [i32], 3>,
     samples: Queue<Sample, SAMPLE_QUEUE>,
@@ -41,21 +43,15 @@ pub struct Parts<'m> {
 }
 
 impl<'m> Machine<'m> {
-    /// Memory for one machine.
+    /// Memory for one machine, without its histories.
     pub const fn new() -> Self {
-        Self {
-            histories: [[0; HISTORY_SAMPLES]; 2],
-            requests: Queue::new(),
-            retired: Queue::new(),
-            samples: Queue::new(),
-            status: Status::new(),
-        }
+        Self { requests: Queue::new(), retired: Queue::new(), samples: Queue::new(), status: Status::new() }
     }
 
     /// Divides the machine, with default settings, no shaper and everything at rest at zero.
-    pub fn split(&'m mut self, identity: Identity) -> Parts<'m> {
+    pub fn split(&'m mut self, identity: Identity, histories: [&'m mut History; 2]) -> Parts<'m> {
         let settings = Settings::default();
-        let [live, spare] = &mut self.histories;
+        let [live, spare] = histories;
         let (request_sender, request_receiver) = self.requests.split();
         let (retired_sender, retired_receiver) = self.retired.split();
         let (sample_sender, samples) = self.samples.split();

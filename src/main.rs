@@ -18,15 +18,16 @@ mod image {
     use heapless::spsc::Consumer;
     use static_cell::ConstStaticCell;
     use stillbeam_firmware::board::flash::SettingsSectors;
-    use stillbeam_firmware::board::{self, clocks, executor, outputs, serial, tick_timer};
+    use stillbeam_firmware::board::{self, clocks, core_coupled, executor, outputs, serial, tick_timer};
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
-    use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
+    use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::settings::SettingsStore;
     use stillbeam_firmware::telemetry::Sample;
     #[cfg(feature = "defmt")]
     use {defmt_rtt as _, panic_probe as _};
 
     static MACHINE: ConstStaticCell<Machine<'static>> = ConstStaticCell::new(Machine::new());
+    static HISTORY: ConstStaticCell<History> = ConstStaticCell::new([0; HISTORY_SAMPLES]);
 
     const IDENTITY: Identity =
         Identity { version: env!("CARGO_PKG_VERSION"), board: "stm32f405rg", timer_clock_hz: TIMER_CLOCK_HZ };
@@ -36,7 +37,9 @@ mod image {
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
         tick_timer::configure();
-        let mut parts = MACHINE.take().split(IDENTITY);
+        // Given away once, here.
+        let Some(history) = core_coupled::take_history() else { executor::sleep() };
+        let mut parts = MACHINE.take().split(IDENTITY, [HISTORY.take(), history]);
         let port = serial::open(peripherals.USART1, peripherals.PA10, peripherals.PA9);
         board::stillbeam_boot_complete();
         // Drive disabled and no tick yet: the time for whatever a power cut left to be done.

@@ -3,7 +3,7 @@
 use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, TickOutput};
-use stillbeam_firmware::machine::{Machine, TIMER_CLOCK_HZ};
+use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::{Activity, Sample};
 
@@ -33,7 +33,8 @@ impl Bench {
     /// A machine as after a reset that finds this in its flash, with echo off.
     pub fn with_flash(flash: MockFlash) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
-        let mut parts = machine.split(IDENTITY);
+        let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
+        let mut parts = machine.split(IDENTITY, histories);
         let mut store = SettingsStore::new(flash);
         let restored = parts.console.restore(block_on(store.load()));
         let mut greeting = LimitedReply::default();

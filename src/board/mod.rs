@@ -15,6 +15,7 @@
 #![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
 
 pub mod clocks;
+pub mod core_coupled;
 pub mod executor;
 pub mod flash;
 pub mod outputs;

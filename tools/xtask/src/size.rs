@@ -7,9 +7,13 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use crate::failure::Failure;
 use crate::{firmware, setup};
 
-/// Memories of the STM32F405RG: name, first address, length in bytes.
-const MEMORIES: [(&str, u64, u64); 3] =
-    [("flash", 0x0800_0000, 1024 * 1024), ("RAM", 0x2000_0000, 128 * 1024), ("CCM", 0x1000_0000, 64 * 1024)];
+/// Memories of the STM32F405RG: name, first address, length in bytes. RAM is without what `memory.x` keeps for the stack
+/// and for the record of a crash.
+const MEMORIES: [(&str, u64, u64); 3] = [
+    ("flash", 0x0800_0000, 1024 * 1024),
+    ("RAM", 0x2000_6000, 104 * 1024 - 256),
+    ("CCM", 0x1000_0000, 64 * 1024),
+];
 
 /// Builds the image and prints its sizes and its `symbols` largest symbols.
 pub fn size(symbols: usize) -> Result<(), Failure> {
@@ -122,13 +126,13 @@ mod tests {
         let text = summary(&[
             section(0x0800_0000, 0x188, false, true),
             section(0x0800_0188, 1000, false, true),
-            section(0x2000_0000, 100, true, true),
-            section(0x2000_0064, 5000, true, false),
+            section(0x2000_6000, 100, true, true),
+            section(0x2000_6064, 5000, true, false),
             section(0x1000_0000, 300, true, false),
         ]);
         assert!(text.contains("text 1392  data 100  bss 5300"), "{text}");
         assert!(text.contains("flash    1492 of 1048576"), "{text}");
-        assert!(text.contains("RAM      5100 of  131072    3.9 %"), "{text}");
+        assert!(text.contains("RAM      5100 of  106240    4.8 %"), "{text}");
         assert!(text.contains("CCM       300 of   65536"), "{text}");
     }
 

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
-use stillbeam_firmware::machine::{Machine, Parts, TIMER_CLOCK_HZ};
+use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
 
 use super::ByteLink;
@@ -34,12 +34,13 @@ impl fmt::Debug for InProcessBoard {
 impl InProcessBoard {
     /// A board as after reset, its greeting already sent.
     ///
-    /// The machine's memory, some 120 KiB, is given to the process for good: its parts borrow from it.
+    /// The machine's memory, some 115 KiB, is given to the process for good: its parts borrow from it.
     pub fn new() -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
         let identity =
             Identity { version: env!("CARGO_PKG_VERSION"), board: "core", timer_clock_hz: TIMER_CLOCK_HZ };
-        let parts = machine.split(identity);
+        let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
+        let parts = machine.split(identity, histories);
         let mut board = Self {
             parts,
             store: SettingsStore::new(RamFlash::new()),

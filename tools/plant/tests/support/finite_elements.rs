@@ -20,7 +20,7 @@ pub enum Root {
 }
 
 /// Five-point Gauss-Legendre rule on 0..1.
-const RULE: [(f64, f64); 5] = [
+pub const RULE: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
     (0.5, 0.284_444_444_444_444_4),
@@ -30,6 +30,13 @@ const RULE: [(f64, f64); 5] = [
 
 /// Natural frequencies in rad/s, ascending. With a sliding root the first is the rigid translation, about 0.
 pub fn frequencies_rad_s(beam: &Beam<'_>, elements: usize, root: &Root) -> Vec<f64> {
+    let (mass, stiffness) = matrices(beam, elements, root);
+    modes(mass, &stiffness).0
+}
+
+/// Mass and stiffness matrices. Freedoms are deflection and slope of every node from the root on, those that the root
+/// holds left out; the last but one is the tip's deflection.
+pub fn matrices(beam: &Beam<'_>, elements: usize, root: &Root) -> (DMatrix<f64>, DMatrix<f64>) {
     let size = 2 * (elements + 1);
     let mut mass: DMatrix<f64> = DMatrix::zeros(size, size);
     let mut stiffness: DMatrix<f64> = DMatrix::zeros(size, size);
@@ -60,7 +67,7 @@ pub fn frequencies_rad_s(beam: &Beam<'_>, elements: usize, root: &Root) -> Vec<f
             }
         }
     }
-    let (mass, stiffness) = match root {
+    match root {
         Root::Held => {
             (mass.remove_rows(0, 2).remove_columns(0, 2), stiffness.remove_rows(0, 2).remove_columns(0, 2))
         }
@@ -68,12 +75,20 @@ pub fn frequencies_rad_s(beam: &Beam<'_>, elements: usize, root: &Root) -> Vec<f
             mass[(0, 0)] += base_kg;
             (mass.remove_row(1).remove_column(1), stiffness.remove_row(1).remove_column(1))
         }
-    };
+    }
+}
+
+/// Natural frequencies in rad/s, ascending, and shapes with `vᵀ M v = 1` as columns.
+pub fn modes(mass: DMatrix<f64>, stiffness: &DMatrix<f64>) -> (Vec<f64>, DMatrix<f64>) {
+    let size = mass.nrows();
     let lower = Cholesky::new(mass).expect("positive definite").unpack();
-    let half = lower.solve_lower_triangular(&stiffness).expect("regular");
+    let half = lower.solve_lower_triangular(stiffness).expect("regular");
     let reduced = lower.solve_lower_triangular(&half.transpose()).expect("regular");
     let eigen = SymmetricEigen::new(0.5 * (&reduced + reduced.transpose()));
-    let mut omegas: Vec<f64> = eigen.eigenvalues.iter().map(|v| v.max(0.0).sqrt()).collect();
-    omegas.sort_by(f64::total_cmp);
-    omegas
+    let mut order: Vec<usize> = (0..size).collect();
+    order.sort_by(|a, b| f64::total_cmp(&eigen.eigenvalues[*a], &eigen.eigenvalues[*b]));
+    let omegas = order.iter().map(|index| eigen.eigenvalues[*index].max(0.0).sqrt()).collect();
+    let columns: Vec<_> = order.iter().map(|index| eigen.eigenvectors.column(*index)).collect();
+    let shapes = lower.transpose().solve_upper_triangular(&DMatrix::from_columns(&columns)).expect("regular");
+    (omegas, shapes)
 }

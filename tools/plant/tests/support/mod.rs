@@ -3,6 +3,8 @@
 
 pub mod finite_elements;
 pub mod model_texts;
+pub mod paper_basis;
+pub mod polynomial;
 
 use std::collections::BTreeMap;
 

@@ -1,42 +1,40 @@
 //! The running shaper: one ring of past samples per stage, stages one after the other.
 //!
-//! Samples are `i32` nanometres, weights Q30, sums `i64`. Weights are not negative and sum to 2³⁰, so a sum
-//! stays within 2⁶¹ however many taps there are. Because a stage's weights sum to one exactly, a constant input comes out unchanged, to
-//! the nanometre; anything else is rounded to the nearest nanometre once per stage.
+//! Samples are `i32` nanometres, weights Q30, sums `i64`. Absolute weights sum to at most 4·2³⁰ and samples are within
+//! 2·10⁹ nm of the origin, so a sum stays below 2⁶³ however many taps there are. Because a stage's weights sum to one
+//! exactly, a constant input comes out unchanged, to the nanometre; anything else is rounded to the nearest nanometre
+//! once per stage.
 
 use heapless::Vec;
 
 use super::MAX_MODES;
-use super::stage::{MAX_TAPS, Tap, WEIGHT_ONE};
-use super::table::{ShaperTable, history_of};
+use super::delay_line::DelayLine;
+use super::stage::{StageTaps, WEIGHT_ONE};
+use super::table::ShaperTable;
 
-const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
+pub(super) const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
 
 /// A table together with the memory it runs in.
 #[derive(Debug)]
 pub struct Cascade<'m> {
     lines: Vec<DelayLine, MAX_MODES>,
-    history: &'m mut [i32],
+    /// The words of every line, one after the other.
+    memory: &'m mut [i32],
     duration_ticks: u32,
-}
-
-/// The ring and the taps of one stage. The ring is a range of the cascade's history.
-#[derive(Debug)]
-struct DelayLine {
-    taps: Vec<Tap, MAX_TAPS>,
-    start: usize,
-    samples: usize,
-    /// Where in the ring the newest sample is.
-    newest: usize,
 }
 
 /// The memory that was to hold the histories is too small.
 #[derive(Debug)]
 pub struct HistoryTooShort<'m> {
-    /// Samples the table needs.
+    /// Words the table needs.
     pub needed: usize,
     /// The memory, given back.
     pub history: &'m mut [i32],
+}
+
+/// How many words of memory a stage takes.
+pub(super) fn words_of(stage: StageTaps<'_>) -> usize {
+    DelayLine::of(stage).words()
 }
 
 impl<'m> Cascade<'m> {
@@ -51,29 +49,27 @@ impl<'m> Cascade<'m> {
             return Err(HistoryTooShort { needed, history });
         }
         history.fill(0);
-        let mut start = 0;
-        let lines = table
-            .stages()
-            .iter()
-            .map(|stage| {
-                let samples = history_of(stage);
-                let line =
-                    DelayLine { taps: stage.taps().iter().copied().collect(), start, samples, newest: 0 };
-                start += samples;
-                line
-            })
-            .collect();
-        Ok(Self { lines, history, duration_ticks: table.duration_ticks() })
+        let mut rest = &mut *history;
+        let mut lines = Vec::new();
+        for stage in table.stages() {
+            let line = DelayLine::of(stage);
+            if let Some(own) = rest.split_off_mut(..line.words()) {
+                line.write_groups(stage, own);
+            }
+            // A table has no more stages than there is room for.
+            let _fits = lines.push(line);
+        }
+        Ok(Self { lines, memory: history, duration_ticks: table.duration_ticks() })
     }
 
     /// The cascade that changes nothing, holding on to `history`.
     pub fn identity(history: &'m mut [i32]) -> Self {
-        Self { lines: Vec::new(), history, duration_ticks: 0 }
+        Self { lines: Vec::new(), memory: history, duration_ticks: 0 }
     }
 
     /// The memory, for the next table.
     pub fn into_history(self) -> &'m mut [i32] {
-        self.history
+        self.memory
     }
 
     /// How many ticks after its last change the input still moves the output.
@@ -81,38 +77,17 @@ impl<'m> Cascade<'m> {
         self.duration_ticks
     }
 
-    /// Shapes one sample, in nanometres.
+    /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can, ends there.
     #[inline]
     pub fn step(&mut self, input_nm: i32) -> i32 {
-        let mut sample_nm = input_nm;
+        let mut sample_nm = i64::from(input_nm);
+        let mut rest = &mut *self.memory;
         for line in &mut self.lines {
-            if let Some(ring) = self.history.get_mut(line.start..line.start + line.samples) {
-                sample_nm = line.step(ring, sample_nm);
-            }
+            let Some((own, after)) = rest.split_at_mut_checked(line.words()) else { break };
+            // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
+            sample_nm = line.step(own, sample_nm as i32);
+            rest = after;
         }
-        sample_nm
-    }
-}
-
-impl DelayLine {
-    #[inline]
-    fn step(&mut self, ring: &mut [i32], input_nm: i32) -> i32 {
-        self.newest += 1;
-        if self.newest >= ring.len() {
-            self.newest = 0;
-        }
-        if let Some(slot) = ring.get_mut(self.newest) {
-            *slot = input_nm;
-        }
-        let half = i64::from(WEIGHT_ONE / 2);
-        let sum = self.taps.iter().fold(half, |sum, tap| {
-            let delay = tap.delay_ticks as usize;
-            let place =
-                if delay <= self.newest { self.newest - delay } else { self.newest + self.samples - delay };
-            let sample_nm = ring.get(place).copied().unwrap_or(input_nm);
-            sum + i64::from(sample_nm) * i64::from(tap.weight)
-        });
-        // A weighted mean of i32 samples with non-negative weights fits in an i32.
-        (sum >> WEIGHT_BITS) as i32
+        sample_nm.clamp(i32::MIN.into(), i32::MAX.into()) as i32
     }
 }

@@ -87,14 +87,14 @@ impl<'m> Shaping<'m> {
     pub fn step(&mut self, command: Nanometres) -> (Nanometres, Option<&'m mut [i32]>) {
         let shaped_nm = self.active.step(command.0 - self.origin_nm);
         let Some(outgoing) = &mut self.outgoing else {
-            return (Nanometres(self.origin_nm + shaped_nm), None);
+            return (Nanometres(self.origin_nm.saturating_add(shaped_nm)), None);
         };
         if outgoing.ticks_left == 0 {
             let retired = self.outgoing.take().map(|outgoing| outgoing.cascade.into_history());
-            return (Nanometres(self.origin_nm + shaped_nm), retired);
+            return (Nanometres(self.origin_nm.saturating_add(shaped_nm)), retired);
         }
         outgoing.ticks_left -= 1;
         let held_nm = outgoing.cascade.step(outgoing.held_input_nm);
-        (Nanometres(outgoing.origin_nm + held_nm + shaped_nm), None)
+        (Nanometres(outgoing.origin_nm.saturating_add(held_nm).saturating_add(shaped_nm)), None)
     }
 }

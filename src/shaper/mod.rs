@@ -6,6 +6,7 @@
 //! runs the stages of all modes one after the other.
 
 pub mod cascade;
+mod delay_line;
 pub mod design;
 pub mod handover;
 pub mod mode;
@@ -14,13 +15,14 @@ pub mod residual;
 pub mod stage;
 pub mod table;
 mod tick_grid;
+pub mod wire;
 
 pub use cascade::Cascade;
 pub use design::Impulse;
 pub use handover::Shaping;
 pub use mode::{KnownTypes, Mode, ModeError, ShaperType};
-pub use stage::{Stage, Tap};
-pub use table::ShaperTable;
+pub use stage::{Stage, StageTaps, Tap};
+pub use table::{ShaperTable, TapsError};
 
 /// The most modes that one table shapes.
 pub const MAX_MODES: usize = 4;

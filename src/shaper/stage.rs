@@ -34,6 +34,41 @@ pub struct Stage {
     taps: Vec<Tap, MAX_TAPS>,
 }
 
+/// A stage's taps wherever they come from, designed or uploaded: delays increasing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StageTaps<'t> {
+    taps: &'t [Tap],
+}
+
+impl<'t> StageTaps<'t> {
+    pub(super) fn new(taps: &'t [Tap]) -> Self {
+        Self { taps }
+    }
+
+    /// The taps, delays increasing.
+    pub fn taps(self) -> &'t [Tap] {
+        self.taps
+    }
+
+    /// The delay of the last tap: for how many ticks the stage remembers.
+    pub fn duration_ticks(self) -> u32 {
+        self.taps.last().map_or(0, |tap| tap.delay_ticks)
+    }
+
+    /// The centroid of the taps in ticks: how far a ramp is delayed.
+    pub fn delay_ticks(self) -> f64 {
+        self.impulses(1.0).map(|impulse| impulse.amplitude * impulse.time_s).sum()
+    }
+
+    /// The taps as impulses in continuous time, for [`super::residual`].
+    pub fn impulses(self, tick_period_s: f64) -> impl Iterator<Item = Impulse> + Clone + 't {
+        self.taps.iter().map(move |tap| Impulse {
+            amplitude: f64::from(tap.weight) / f64::from(WEIGHT_ONE),
+            time_s: f64::from(tap.delay_ticks) * tick_period_s,
+        })
+    }
+}
+
 impl Stage {
     /// Designs the stage of `mode` for a tick rate.
     ///
@@ -57,22 +92,14 @@ impl Stage {
         &self.taps
     }
 
-    /// The delay of the last tap: for how many ticks the stage remembers.
+    /// See [`StageTaps::duration_ticks`].
     pub fn duration_ticks(&self) -> u32 {
-        self.taps.last().map_or(0, |tap| tap.delay_ticks)
+        StageTaps::new(&self.taps).duration_ticks()
     }
 
-    /// The centroid of the taps in ticks: how far a ramp is delayed.
-    pub fn delay_ticks(&self) -> f64 {
-        self.impulses(1.0).map(|impulse| impulse.amplitude * impulse.time_s).sum()
-    }
-
-    /// The rounded taps as impulses in continuous time, for [`super::residual`].
+    /// See [`StageTaps::impulses`].
     pub fn impulses(&self, tick_period_s: f64) -> impl Iterator<Item = Impulse> + Clone + '_ {
-        self.taps.iter().map(move |tap| Impulse {
-            amplitude: f64::from(tap.weight) / f64::from(WEIGHT_ONE),
-            time_s: f64::from(tap.delay_ticks) * tick_period_s,
-        })
+        StageTaps::new(&self.taps).impulses(tick_period_s)
     }
 }
 

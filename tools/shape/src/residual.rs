@@ -14,7 +14,7 @@ const POINTS: (f64, f64) = (256.0, 65_536.0);
 /// leaves (0 is still, 1 is unshaped). Vibration of a cascade is the product over its stages.
 pub fn cascade_residual(table: &ShaperTable, frequency_hz: f64, damping_ratio: f64) -> f64 {
     let tick_period_s = table.tick_rate().period_s();
-    let stages = table.stages().iter();
+    let stages = table.stages();
     stages
         .map(|stage| residual_vibration(stage.impulses(tick_period_s), frequency_hz, damping_ratio))
         .product()

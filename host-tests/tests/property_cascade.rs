@@ -205,8 +205,14 @@ fn the_last_tap_sees_the_sample_it_is_named_after() {
     let pulse_nm = 1 << 30;
     let mut response = vec![cascade.step(pulse_nm)];
     response.extend((0..20_000).map(|_| cascade.step(0)));
-    let expected: Vec<(usize, i32)> =
-        table.stages().next().expect("a stage").taps().iter().map(|tap| (tap.delay_ticks as usize, tap.weight)).collect();
+    let expected: Vec<(usize, i32)> = table
+        .stages()
+        .next()
+        .expect("a stage")
+        .taps()
+        .iter()
+        .map(|tap| (tap.delay_ticks as usize, tap.weight))
+        .collect();
     let actual: Vec<(usize, i32)> =
         response.into_iter().enumerate().filter(|(_, output)| *output != 0).collect();
     assert_eq!(actual, expected);

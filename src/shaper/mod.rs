@@ -6,7 +6,6 @@
 //! runs the stages of all modes one after the other.
 
 pub mod cascade;
-mod delay_line;
 pub mod design;
 pub mod handover;
 pub mod mode;

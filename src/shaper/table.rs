@@ -6,7 +6,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
 
 use super::MAX_MODES;
-use super::cascade;
+use super::cascade::Cascade;
 use super::mode::{Mode, ModeError};
 use super::stage::{MAX_TAPS, Stage, StageTaps, Tap, WEIGHT_ONE};
 use crate::units::TickRate;
@@ -209,7 +209,7 @@ impl ShaperTable {
 
     /// How many words of memory the cascade needs for this table: past samples and the taps themselves.
     pub fn history_samples(&self) -> usize {
-        self.stages().map(cascade::words_of).fold(0, usize::saturating_add)
+        Cascade::words(self)
     }
 
     /// The table as bytes, in 32-bit little-endian words: for each stage the number of taps, then each tap's delay

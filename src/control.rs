@@ -18,8 +18,6 @@ use crate::telemetry::{Activity, Sample, Status};
 use crate::units::Nanometres;
 
 /// What the console asks of the interrupt.
-// The queue is short and its slots are static memory; there is no heap to box a cascade in.
-#[expect(clippy::large_enum_variant, reason = "no heap")]
 #[derive(Debug)]
 pub enum Request<'m> {
     /// Start a move. It was planned from the command's position at rest.

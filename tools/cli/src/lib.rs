@@ -21,6 +21,7 @@ pub mod demo;
 pub mod error;
 pub mod identification;
 pub mod outputs;
+pub mod reading;
 pub mod report;
 pub mod streams;
 pub mod workspace;

@@ -6,8 +6,10 @@ use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
+use crate::csv_columns::{Cells, check_cells, chosen_cells, left_out};
 use crate::error::{Problem, RecordingError};
-use crate::recording::{Column, MIN_SAMPLES, Recording, TIME_COLUMN, check_names, shorten};
+use crate::options::ReadOptions;
+use crate::recording::{Column, MIN_SAMPLES, Recording, shorten};
 use crate::side_file;
 
 /// Byte-order mark that some spreadsheet programs put before the header.
@@ -37,32 +39,55 @@ pub fn parse_csv(source: impl Read, name: impl Into<String>) -> Result<Recording
     }
 }
 
+/// What a parser hands back: time stamps in seconds, columns, remarks.
+pub(crate) type Parsed = (Vec<f64>, Vec<Column>, Vec<String>);
+
 fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
     let mut bytes = Vec::new();
     source.read_to_end(&mut bytes).map_err(Problem::Io)?;
-    let mut lines = LineCounter::new(&bytes);
+    let (time_s, columns, _) = parse_with(&bytes, &ReadOptions::default())?;
+    let mut recording = Recording::new(name, time_s);
+    recording.columns = columns;
+    Ok(recording)
+}
+
+/// Reads CSV text, its columns chosen and named by the options.
+pub(crate) fn parse_with(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Problem> {
+    if options.time.is_none() && options.columns.is_empty() {
+        return parse_table(bytes, |names| Ok(names.into_iter().map(Cells::take).collect()));
+    }
+    parse_table(bytes, |names| chosen_cells(&names, options))
+}
+
+pub(crate) fn parse_table(
+    bytes: &[u8],
+    choose: impl FnOnce(Vec<String>) -> Result<Vec<Cells>, Problem>,
+) -> Result<Parsed, Problem> {
+    let mut lines = LineCounter::new(bytes);
     // The rows are counted and measured here rather than by the csv crate, so that messages can name both.
     let mut reader =
-        ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes.as_slice());
+        ReaderBuilder::new().has_headers(false).flexible(true).trim(Trim::All).from_reader(bytes);
     let mut row = ByteRecord::new();
 
     if !reader.read_byte_record(&mut row).map_err(csv_problem)? {
         return Err(Problem::Empty);
     }
-    let names = header_names(&row, lines.line_of(&row))?;
-    check_names(&names)?;
-
-    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); names.len()];
+    let mut cells = choose(header_names(&row, lines.line_of(&row))?)?;
+    check_cells(&cells)?;
+    let time_at = cells.iter().position(Cells::is_time).unwrap_or(0);
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); cells.len()];
     let mut previous_s = f64::NEG_INFINITY;
     while reader.read_byte_record(&mut row).map_err(csv_problem)? {
         let line = lines.line_of(&row);
-        if row.len() != names.len() {
-            return Err(Problem::RaggedRow { row: line, expected: names.len(), found: row.len() });
+        if row.len() != cells.len() {
+            return Err(Problem::RaggedRow { row: line, expected: cells.len(), found: row.len() });
         }
-        for ((cell, name), column) in row.iter().zip(&names).zip(&mut columns) {
-            column.push(number(cell, line, name)?);
+        for ((text, cell), column) in row.iter().zip(&cells).zip(&mut columns) {
+            if cell.name.is_some() {
+                column.push(cell.scale * number(text, line, &cell.header)?);
+            }
         }
-        let time_s = columns.first().and_then(|time| time.last()).copied();
+        let time_s = columns.get(time_at).and_then(|time| time.last()).copied();
         let time_s = time_s.filter(|time_s| time_s.is_finite());
         let time_s = time_s.ok_or(Problem::MissingTime { row: line })?;
         if time_s <= previous_s {
@@ -71,19 +96,16 @@ fn parse(mut source: impl Read, name: &str) -> Result<Recording, Problem> {
         previous_s = time_s;
     }
 
-    let mut columns = columns.into_iter();
-    let time_s = columns.next().unwrap_or_default();
+    // `check_cells` has seen a time among the cells, so there is one of each to remove.
+    let time_s = columns.remove(time_at);
+    cells.remove(time_at);
     if time_s.len() < MIN_SAMPLES {
         return Err(Problem::TooFewSamples { found: time_s.len(), required: MIN_SAMPLES });
     }
-    let mut recording = Recording::new(name, time_s);
-    recording.columns = names
-        .into_iter()
-        .filter(|name| name != TIME_COLUMN)
-        .zip(columns)
-        .map(|(name, samples)| Column { name, samples })
-        .collect();
-    Ok(recording)
+    let remarks = left_out(&cells);
+    let columns = cells.into_iter().zip(columns);
+    let columns = columns.filter_map(|(cell, samples)| Some(Column { name: cell.name?, samples })).collect();
+    Ok((time_s, columns, remarks))
 }
 
 fn header_names(header: &ByteRecord, row: u64) -> Result<Vec<String>, Problem> {

@@ -2,6 +2,11 @@
 
 use thiserror::Error;
 
+use crate::format::Format;
+use crate::mat::MatProblem;
+use crate::uff::UffProblem;
+use crate::wav::WavProblem;
+
 /// A recording that cannot be used as it is: which one, and why.
 #[derive(Debug, Error)]
 #[error("{file}: {problem}")]
@@ -30,7 +35,9 @@ pub enum Problem {
     #[error("the file is empty; a recording starts with a header line such as `time_s,tip_deflection_m`")]
     Empty,
     /// The first line holds numbers.
-    #[error("row 1 holds numbers, not names; add a header line such as `time_s,tip_deflection_m`")]
+    #[error(
+        "read as CSV: row 1 holds numbers, not names; add a header line such as `time_s,tip_deflection_m`"
+    )]
     NoHeader,
     /// Bytes that are not UTF-8 text.
     #[error("row {row} is not UTF-8 text; save the file as plain UTF-8 CSV")]
@@ -40,7 +47,8 @@ pub enum Problem {
     },
     /// The first column is not the time.
     #[error(
-        "the first column is `{found}`, not `time_s`; put the time in seconds first, columns separated by commas"
+        "read as CSV: the first column is `{found}`, not `time_s`; put the time in seconds first, columns separated by \
+         commas, or say which it is, with --time COLUMN"
     )]
     FirstColumnNotTime {
         /// The name found instead.
@@ -164,6 +172,70 @@ pub enum Problem {
         /// What the reader said.
         reason: String,
     },
+    /// The content is none of the formats.
+    #[error("not a recording: it looks like {looks_like}; formats that can be read: {}", Format::readable().join(", "))]
+    UnknownFormat {
+        /// What the bytes look like, and the remedy.
+        looks_like: &'static str,
+    },
+    /// The file is too large to be taken into memory.
+    #[error("the file is larger than {limit_mib} MiB; divide it")]
+    TooLarge {
+        /// The limit, MiB.
+        limit_mib: u64,
+    },
+    /// A format that is only written.
+    #[error("{format} is written and not read; formats that can be read: {}", Format::readable().join(", "))]
+    NotReadable {
+        /// The format.
+        format: Format,
+    },
+    /// A format that is only read.
+    #[error("{format} is read and not written; formats that can be written: {}", Format::writable().join(", "))]
+    NotWritable {
+        /// The format.
+        format: Format,
+    },
+    /// A file name that does not say in which format to write.
+    #[error(
+        "`.{extension}` means no format; end the name in .csv, .uff or .json, or name the format with --to"
+    )]
+    NoFormat {
+        /// The end of the name.
+        extension: String,
+    },
+    /// A time was given for a format that carries its own.
+    #[error("read as {format}, which carries its own time; leave --time and --sample-rate out")]
+    OwnTime {
+        /// The format.
+        format: Format,
+    },
+    /// No signal states its unit.
+    #[error(
+        "no signal states a unit; name the columns, with --column NAME_UNIT=SOURCE (tip_deflection_m=y*0.001); the file holds {}",
+        some(present)
+    )]
+    NoUnits {
+        /// The signals there are.
+        present: Vec<String>,
+    },
+    /// A signal that was asked for and is not there.
+    #[error("there is no signal `{source_name}`; the file holds {}; name one of these", some(present))]
+    MissingSource {
+        /// The name asked for.
+        source_name: String,
+        /// The signals there are.
+        present: Vec<String>,
+    },
+    /// A universal file at fault.
+    #[error("read as a universal file: {0}")]
+    Uff(Box<UffProblem>),
+    /// A MATLAB file at fault.
+    #[error("read as a MATLAB file: {0}")]
+    Mat(Box<MatProblem>),
+    /// A WAV file at fault.
+    #[error("read as a WAV file: {0}")]
+    Wav(Box<WavProblem>),
     /// The CSV layer refused the bytes for another reason.
     #[error("row {row}: not readable as CSV: {reason}; save the file as comma-separated text")]
     Malformed {
@@ -177,4 +249,32 @@ pub enum Problem {
 fn list(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     quoted.join(", ")
+}
+
+impl From<UffProblem> for Problem {
+    fn from(problem: UffProblem) -> Self {
+        Self::Uff(Box::new(problem))
+    }
+}
+
+impl From<MatProblem> for Problem {
+    fn from(problem: MatProblem) -> Self {
+        Self::Mat(Box::new(problem))
+    }
+}
+
+impl From<WavProblem> for Problem {
+    fn from(problem: WavProblem) -> Self {
+        Self::Wav(Box::new(problem))
+    }
+}
+
+/// At most a dozen entries: a file may hold thousands.
+pub(crate) fn some(entries: &[String]) -> String {
+    const SHOWN: usize = 12;
+    let mut text = entries.iter().take(SHOWN).cloned().collect::<Vec<_>>().join(", ");
+    if entries.len() > SHOWN {
+        text.push_str(&format!(" and {} more", entries.len() - SHOWN));
+    }
+    if text.is_empty() { "nothing".to_owned() } else { text }
 }

@@ -14,15 +14,37 @@
 //! # Ok::<(), stillbeam_recording::RecordingError>(())
 //! ```
 //!
+//! [`read_recording`] also takes universal files (data sets 58 and 58b), MATLAB files, WAV and Klipper's
+//! accelerometer logs, told apart by their content; [`write_recording`] writes CSV, universal files and JSON.
+//!
 //! Bad input is a [`RecordingError`] that names file, row, column and the remedy; reading never panics.
 
+mod channels;
+mod csv_columns;
 mod csv_reader;
 mod csv_writer;
 mod error;
+mod export;
+mod format;
+mod import;
+mod json_writer;
+mod klipper;
+mod mat;
+mod options;
 mod recording;
 mod side_file;
+mod uff;
+mod wav;
 
 pub use csv_reader::{parse_csv, read_csv};
 pub use csv_writer::{to_csv, write_csv};
 pub use error::{Problem, RecordingError};
+pub use export::{to_format, write_recording};
+pub use format::Format;
+pub use import::{Imported, MAX_FILE_BYTES, parse_recording, read_recording};
+pub use json_writer::to_json;
+pub use mat::MatProblem;
+pub use options::{ColumnChoice, ReadOptions, TimeBase};
 pub use recording::{Column, MIN_SAMPLES, Recording, Role, TIME_COLUMN};
+pub use uff::{UffProblem, to_uff58, to_uff58b};
+pub use wav::WavProblem;

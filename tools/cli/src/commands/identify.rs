@@ -6,13 +6,13 @@ use clap::Args;
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, identify_forced, identify_free_decay,
 };
-use stillbeam_recording::read_csv;
 
 use crate::error::CliError;
 use crate::identification::columns::output_column;
 use crate::identification::combined::combine;
 use crate::identification::modal_file::modal_model_text;
 use crate::outputs::keep_apart;
+use crate::reading::ReadArgs;
 use crate::report::identify_page::identify_page;
 use crate::streams::{Streams, json_on_stdout};
 
@@ -35,6 +35,8 @@ pub struct IdentifyArgs {
     /// The column that responds; by default the tip's, or the only one there is
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
+    #[command(flatten)]
+    reading: ReadArgs,
     /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those that
     /// explain most of it
     #[arg(long, value_name = "N")]
@@ -96,7 +98,7 @@ impl IdentifyArgs {
         path: &std::path::Path,
         streams: &mut Streams<'_>,
     ) -> Result<IdentifiedModes, CliError> {
-        let recording = read_csv(path)?;
+        let recording = self.reading.read(path, streams)?;
         let input = self.input.as_deref();
         let output = output_column(&recording, input, self.output.as_deref())?;
         let chosen = if self.output.is_none() { " (chosen; --output names another)" } else { "" };

@@ -1,6 +1,7 @@
 //! The subcommands, one file each.
 
 pub mod console;
+pub mod convert;
 pub mod demo;
 pub mod flash;
 pub mod identify;
@@ -35,6 +36,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Identify(identify::IdentifyArgs),
+    Convert(convert::ConvertArgs),
     Shape(shape::ShapeArgs),
     Simulate(simulate::SimulateArgs),
     Model(model::ModelArgs),
@@ -52,6 +54,7 @@ impl Cli {
     pub fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         match &self.command {
             Command::Identify(args) => args.run(streams),
+            Command::Convert(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),
             Command::Simulate(args) => args.run(streams),
             Command::Model(args) => args.run(streams),

@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args};
 use serde::Serialize;
 use stillbeam_firmware::shaper::ShaperTable;
 use stillbeam_plant::{BASE_POSITION, Model, SETPOINT, TIP_DEFLECTION, TIP_POSITION, simulate};
-use stillbeam_recording::{Recording, read_csv, write_csv};
+use stillbeam_recording::{ReadOptions, Recording, read_recording, write_csv};
 use stillbeam_shape::ShaperDesign;
 
 use crate::base_move::BaseMove;
@@ -176,7 +176,7 @@ impl SimulateArgs {
                 "--rate {rate_hz} goes with --command; a recording brings its own times"
             )));
         }
-        let recording = read_csv(path)?;
+        let recording = read_recording(path, &ReadOptions::default())?.recording;
         let driven = match (table, model.input()) {
             (Some(table), Some(input)) if input.is_motion() => {
                 shape_recorded(&recording, &input.column, table)?

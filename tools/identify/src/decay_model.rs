@@ -2,12 +2,16 @@
 
 use rustfft::num_complex::Complex64;
 
+use crate::column::Column;
 use crate::decay_modes::Part;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::WholeSpectrum;
 
+use crate::forced_model::{pole, pole_parameters};
 use crate::separable::{Separable, fit};
-use crate::sweep_fit::{pole, pole_parameters};
+
+/// Decay times after which a free response counts as over: exp(-36) is the rounding of a double.
+const DECAYED: f64 = 36.0;
 
 /// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset.
 pub(crate) struct DecayModel<'r> {
@@ -25,32 +29,38 @@ impl Separable for DecayModel<'_> {
         self.modes + 1
     }
 
-    fn block(&self, block: usize, parameters: &[f64]) -> Vec<Vec<f64>> {
-        let time_s = self.time_s;
+    fn block(&self, block: usize, parameters: &[f64]) -> Vec<Column> {
         if block == self.modes {
-            return vec![vec![1.0; time_s.len()]];
+            return vec![vec![1.0; self.time_s.len()].into()];
         }
-        free_response(pole(parameters, block), 0.0, time_s).into()
+        let pole = pole(parameters, block);
+        // Beyond this the response is below the rounding of its beginning.
+        let over_s = DECAYED * pole.decay_time_s();
+        let rows = self.time_s.partition_point(|t| *t <= over_s);
+        free_response(pole, 0.0, &self.time_s[..rows]).map(Column::from).into()
     }
 
     fn depends(&self, block: usize, parameter: usize) -> bool {
         parameter / 2 == block
     }
 
-    /// d exp(lambda t) = t exp(lambda t) d lambda, real part and imaginary part.
-    fn block_derivatives(&self, block: usize, parameter: usize, parameters: &[f64]) -> Option<Vec<Vec<f64>>> {
-        let pole = pole(parameters, block);
-        let [cosine, sine] = free_response(pole, 0.0, self.time_s);
-        let zeta = pole.damping_ratio;
-        // With respect to ln f, then ln zeta.
-        let change = match parameter % 2 {
-            0 => pole.lambda(),
-            _ => Complex64::new(-1.0, -zeta / (1.0 - zeta * zeta).sqrt()) * (zeta * pole.omega()),
+    /// d exp(lambda t) = t exp(lambda t) d lambda, of the real part and of the imaginary part.
+    fn tangents(
+        &self,
+        block: usize,
+        parameters: &[f64],
+        columns: &[Column],
+        coefficients: &[f64],
+    ) -> Vec<(usize, Column)> {
+        let ([cosine, sine], [a, b]) = (columns, coefficients) else { return Vec::new() };
+        let turns = pole(parameters, block).lambda_slopes();
+        let tangent = |turn: Complex64| {
+            let (c, s) = (a * turn.re + b * turn.im, b * turn.re - a * turn.im);
+            let pairs = cosine.values.iter().zip(&sine.values);
+            let values = self.time_s.iter().zip(pairs).map(|(t, (x, y))| t * (c * x + s * y));
+            Column::from(values.collect::<Vec<f64>>())
         };
-        let pairs = || self.time_s.iter().zip(cosine.iter().zip(&sine));
-        let real = pairs().map(|(t, (c, s))| t * (change.re * c - change.im * s)).collect();
-        let imaginary = pairs().map(|(t, (c, s))| t * (change.im * c + change.re * s)).collect();
-        Some(vec![real, imaginary])
+        turns.into_iter().enumerate().map(|(side, turn)| (2 * block + side, tangent(turn))).collect()
     }
 }
 

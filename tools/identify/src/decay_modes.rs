@@ -3,13 +3,13 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use crate::forced_fit::MAX_MODES;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::log_decrement::damping_from_peaks;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::{BandFit, NarrowBand, WholeSpectrum};
 use crate::result::{CrossCheck, Spectrum};
 use crate::spectra::{Window, density, local_median, peaks, prominence};
-use crate::sweep_fit::MAX_MODES;
 use crate::tall::Orthonormal;
 
 /// Peaks this far above the floor around them (a power ratio, 20 dB) count as modes.

@@ -41,6 +41,7 @@ pub(crate) fn present(recording: &Recording, column: &str) -> Result<Present, Id
 }
 
 /// A forced record, ready for fitting. Time counts from the recording's first stamp.
+#[derive(Debug, Clone)]
 pub(crate) struct ForcedRecord {
     pub(crate) name: String,
     pub(crate) input_column: String,
@@ -164,6 +165,20 @@ impl ForcedRecord {
     /// Whether the output is the absolute position, base motion included (`tip_position_m`).
     pub(crate) fn output_is_absolute(&self) -> bool {
         self.output_column == "tip_position_m" && self.input_kind == InputKind::BasePosition
+    }
+
+    /// Input times that belong to the output's stamps when the output comes that much later.
+    pub(crate) fn input_times(&self, delay_s: f64) -> Vec<f64> {
+        self.time_s.iter().map(|t| t - delay_s).collect()
+    }
+
+    /// Every so manieth row, for searches that need no more.
+    pub(crate) fn thinned(&self, stride: usize) -> Self {
+        Self {
+            time_s: self.time_s.iter().copied().step_by(stride).collect(),
+            output: self.output.iter().copied().step_by(stride).collect(),
+            ..self.clone()
+        }
     }
 
     /// Length of the fitted record, s.

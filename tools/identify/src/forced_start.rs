@@ -1,13 +1,14 @@
 //! Where the search for a forced mode starts: peaks of the averaged frequency response, refined by a coarse
 //! scan of the time-domain sum of squares.
 
+use crate::column::Column;
+use crate::forced_model::{ForcedModel, pole};
 use crate::forced_record::ForcedRecord;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::Pole;
 use crate::result::{CrossCheck, Estimate, Frf};
 use crate::signal_checks::sweep_rate_at;
 use crate::spectra::{CrossSpectra, Window, peaks};
-use crate::sweep_fit::ForcedModel;
 use crate::tall::{Orthonormal, dot};
 
 /// The record on a uniform grid at the output's rate, and its spectra.
@@ -116,45 +117,73 @@ impl Spectral {
     }
 }
 
-/// Two starting poles for one more mode: the best of the scan, and the same with the best other damping.
-pub(crate) fn start_mode(
-    model: &ForcedModel,
-    known: &[Pole],
-    residuals: &[f64],
-    spectral: &Spectral,
-) -> Vec<Pole> {
-    let record = model.record;
-    // The span of what is fitted already.
-    let mut basis = Orthonormal::default();
-    basis.push(vec![1.0; record.time_s.len()]);
-    for pole in known {
-        for column in model.mode_columns(*pole, &record.time_s) {
-            basis.push(column);
+/// Rows that the scan for starts looks at; more make it slower, not better.
+const SCAN_ROWS: usize = 8192;
+
+/// What the search for further modes needs of the records, beside the model.
+pub(crate) struct Starts {
+    pub(crate) spectral: Vec<Spectral>,
+    /// The records with every `stride`-th row only.
+    thinned: Vec<ForcedRecord>,
+    stride: usize,
+}
+
+impl Starts {
+    pub(crate) fn new(records: &[ForcedRecord]) -> Self {
+        let rows: usize = records.iter().map(|record| record.time_s.len()).sum();
+        let stride = rows.div_ceil(SCAN_ROWS).max(1);
+        Self {
+            spectral: records.iter().map(Spectral::new).collect(),
+            thinned: records.iter().map(|record| record.thinned(stride)).collect(),
+            stride,
         }
     }
-    let sum_with = |pole: Pole| {
-        // The residuals are free of what is fitted already; the new columns must be too.
-        let mut columns = model.mode_columns(pole, &record.time_s);
-        basis.remove_from_all(&mut columns);
-        let mut own = Orthonormal::default();
-        columns.into_iter().for_each(|column| own.push(column));
-        let mut left = residuals.to_vec();
-        own.remove_from(&mut left);
-        dot(&left, &left)
-    };
-    let best_of = |poles: Vec<Pole>| {
-        let sums = poles.into_iter().map(|pole| (sum_with(pole), pole));
-        sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pole)| pole)
-    };
-    let frequencies = candidates(residuals, record, spectral)
-        .into_iter()
-        .flat_map(|bin| around(spectral.spectra.frequency_hz[bin], record, spectral));
-    let scan = frequencies.map(|frequency_hz| Pole { frequency_hz, damping_ratio: SCAN_DAMPING });
-    let Some(first) = best_of(scan.collect()) else {
-        return Vec::new();
-    };
-    let others = START_DAMPINGS.map(|damping_ratio| Pole { damping_ratio, ..first });
-    std::iter::once(first).chain(best_of(others.to_vec())).collect()
+
+    /// Two starting poles for one more mode: the best of the scan, and the same with the best other damping.
+    pub(crate) fn start_mode(&self, model: &ForcedModel, parameters: &[f64], residuals: &[f64]) -> Vec<Pole> {
+        let delay_s = model.delay_s(parameters);
+        let thin = ForcedModel { records: &self.thinned, ..*model };
+        // The span of what is fitted already.
+        let mut basis = Orthonormal::default();
+        let mut left = Vec::new();
+        for ((rows, _), (thin_rows, _)) in model.rows().zip(thin.rows()) {
+            left.extend(residuals[rows].iter().step_by(self.stride));
+            basis.push(Column { start: thin_rows.start, values: vec![1.0; thin_rows.len()] });
+        }
+        for mode in 0..model.modes {
+            for column in thin.mode_columns(pole(parameters, mode), delay_s).into_iter().rev() {
+                basis.push(column);
+            }
+        }
+        let sum_with = |pole: Pole| {
+            // The residuals are free of what is fitted already; the new columns must be too.
+            let mut own = Orthonormal::default();
+            for mut column in thin.mode_columns(pole, delay_s).into_iter().rev() {
+                basis.remove_from_column(&mut column);
+                own.push(column);
+            }
+            let mut left = left.clone();
+            own.remove_from(&mut left);
+            dot(&left, &left)
+        };
+        let best_of = |poles: Vec<Pole>| {
+            let sums = poles.into_iter().map(|pole| (sum_with(pole), pole));
+            sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pole)| pole)
+        };
+        let mut frequencies = Vec::new();
+        for ((rows, record), spectral) in model.rows().zip(&self.spectral) {
+            for bin in candidates(&residuals[rows], record, spectral) {
+                frequencies.extend(around(spectral.spectra.frequency_hz[bin], record, spectral));
+            }
+        }
+        let scan = frequencies.into_iter();
+        let scan = scan.map(|frequency_hz| Pole { frequency_hz, damping_ratio: SCAN_DAMPING });
+        let Some(first) = best_of(scan.collect()) else {
+            return Vec::new();
+        };
+        let others = START_DAMPINGS.map(|damping_ratio| Pole { damping_ratio, ..first });
+        std::iter::once(first).chain(best_of(others.to_vec())).collect()
+    }
 }
 
 /// Frequencies to try around a peak of the spectrum, as dense as the scan's damping asks for.

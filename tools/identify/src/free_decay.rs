@@ -6,7 +6,10 @@ use stillbeam_recording::Recording;
 use crate::decay_model::{DecayModel, heavily_damped};
 use crate::decay_modes::{Part, Uniform, decay_part, find_parts};
 use crate::error::IdentifyError;
+use crate::forced_fit::check_modes;
+use crate::forced_model::{MIN_DAMPING, pole, pole_parameters};
 use crate::forced_record::{MIN_ROWS, present, refuse_constant};
+use crate::forced_report::{disagreement, fit_warnings};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
@@ -15,8 +18,6 @@ use crate::result::{
 };
 use crate::separable::{Projected, fit, fit_covariance};
 use crate::signal_checks::clipping;
-use crate::sweep_fit::{MIN_DAMPING, check_modes, pole, pole_parameters};
-use crate::sweep_report::{disagreement, fit_warnings};
 use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Choices of [`identify_free_decay`].
@@ -264,6 +265,11 @@ fn report(
         spectrum: Some(uniform.spectrum.clone()),
         offset: Estimate { value: coefficients[2 * parts.len()], stderr: stderr(linear + 2 * parts.len()) },
         delay_s: None,
+        direct: None,
+        records: Vec::new(),
+        noise: crate::result::NoiseModel::White,
+        model_choice: Vec::new(),
+        rejected: Vec::new(),
         residual_rms: (minimum.sum_of_squares / n as f64).sqrt(),
         window_s: [time_s[0], time_s[n - 1]],
         stop_reason: minimum.stop_reason,

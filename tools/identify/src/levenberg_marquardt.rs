@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::tall::{dot, gram};
+use crate::tall::dot;
 
 /// One parameter of a fit, in the coordinates of the search (logarithms for positive quantities).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,8 +33,8 @@ pub trait LeastSquares {
     /// The residuals of an evaluated point.
     fn residuals<'p>(&self, point: &'p Self::Point) -> &'p [f64];
 
-    /// One column per parameter: the derivative of every residual.
-    fn jacobian(&self, parameters: &[f64], point: &Self::Point) -> Vec<Vec<f64>>;
+    /// J'J and J'r, J being the derivatives of the residuals r with respect to the parameters.
+    fn curvature(&self, parameters: &[f64], point: &Self::Point) -> (DMatrix<f64>, DVector<f64>);
 }
 
 /// Why the search ended.
@@ -99,7 +99,8 @@ pub fn minimise<L: LeastSquares>(problem: &L, parameters: &[Parameter]) -> Optio
         if parameters.is_empty() {
             break StopReason::GradientSmall;
         }
-        let local = Local::new(problem.residuals(&point), &problem.jacobian(&at, &point));
+        let (curvature, gradient) = problem.curvature(&at, &point);
+        let local = Local { curvature, gradient };
         let free = local.free_parameters(&at, parameters);
         if local.is_stationary(&free, sum) {
             break StopReason::GradientSmall;
@@ -166,14 +167,6 @@ struct Local {
 }
 
 impl Local {
-    fn new(residuals: &[f64], jacobian: &[Vec<f64>]) -> Self {
-        let n = jacobian.len();
-        let curvature = gram(jacobian);
-
-        let gradient = DVector::from_iterator(n, jacobian.iter().map(|column| dot(column, residuals)));
-        Self { curvature, gradient }
-    }
-
     /// Indices of the parameters that are not held at a bound by the downhill direction.
     fn free_parameters(&self, at: &[f64], parameters: &[Parameter]) -> Vec<usize> {
         let blocked = |index: usize, p: &Parameter, value: f64| {
@@ -241,8 +234,9 @@ mod tests {
         fn residuals<'p>(&self, point: &'p Vec<f64>) -> &'p [f64] {
             point
         }
-        fn jacobian(&self, x: &[f64], _: &Vec<f64>) -> Vec<Vec<f64>> {
-            vec![vec![-20.0 * x[0], -1.0], vec![10.0, 0.0]]
+        fn curvature(&self, x: &[f64], r: &Vec<f64>) -> (DMatrix<f64>, DVector<f64>) {
+            let jacobian = nalgebra::dmatrix![-20.0 * x[0], 10.0; -1.0, 0.0];
+            (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&DVector::from_column_slice(r)))
         }
     }
 

@@ -23,37 +23,44 @@
 //! # Ok::<(), stillbeam_identify::IdentifyError>(())
 //! ```
 
+mod column;
 mod comparison;
 mod decay_model;
 mod decay_modes;
 mod error;
+mod forced_fit;
+mod forced_model;
 mod forced_record;
+mod forced_report;
 mod forced_start;
 mod free_decay;
 mod interpolation;
 mod levenberg_marquardt;
 mod log_decrement;
 mod modal_response;
+mod model_choice;
 mod narrow_band;
+mod noise;
 mod result;
 mod robust_covariance;
 mod separable;
 mod signal_checks;
 mod spectra;
-mod sweep_fit;
-mod sweep_report;
+mod step;
 mod tall;
 mod warnings;
+mod whitening;
 
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
+pub use forced_fit::{ForcedOptions, MAX_MODES, identify_forced, identify_forced_together};
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
 pub use result::{
-    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Method, SCHEMA_VERSION, Spectrum,
+    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel,
+    RecordFit, Rejected, SCHEMA_VERSION, Spectrum,
 };
-pub use sweep_fit::{ForcedOptions, MAX_MODES, identify_forced};
 pub use warnings::{Quantity, Warning, WarningKind};

@@ -10,6 +10,7 @@ use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::interpolation::{PiecewiseCubic, polynomial};
+use crate::step::StepCache;
 
 /// What the recorded input is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,6 +56,13 @@ impl Pole {
         Complex64::new(-zeta, (1.0 - zeta * zeta).sqrt()) * self.omega()
     }
 
+    /// Derivatives of lambda with respect to the logarithms of frequency and damping ratio.
+    pub(crate) fn lambda_slopes(self) -> [Complex64; 2] {
+        let zeta = self.damping_ratio;
+        let damping = Complex64::new(-1.0, -zeta / (1.0 - zeta * zeta).sqrt()) * (zeta * self.omega());
+        [self.lambda(), damping]
+    }
+
     /// Time for the amplitude to fall by e, seconds.
     pub(crate) fn decay_time_s(self) -> f64 {
         1.0 / (self.damping_ratio * self.omega())
@@ -72,21 +80,10 @@ struct Transfer {
 impl Transfer {
     fn new(pole: Pole, input: InputKind, output: OutputQuantity) -> Self {
         let lambda = pole.lambda();
-        let (sign, input_order) = match input {
-            InputKind::Force => (1.0, 0),
-            InputKind::BasePosition => (-1.0, 2),
-            InputKind::BaseAcceleration => (-1.0, 0),
-        };
-        let order = input_order
-            + match output {
-                OutputQuantity::Position => 0,
-                OutputQuantity::Velocity => 1,
-                OutputQuantity::Acceleration => 2,
-            };
+        let (sign, order) = Self::sign_and_order(input, output);
         let residue = lambda.powi(order) / Complex64::new(0.0, 2.0 * lambda.im);
-        // Quotient of s^order by s² + 2 zeta omega s + omega².
-        let a = 2.0 * pole.damping_ratio * pole.omega();
-        let b = pole.omega() * pole.omega();
+        // Quotient of s^order by s² + a s + b.
+        let (a, b) = (2.0 * pole.damping_ratio * pole.omega(), pole.omega().powi(2));
         let direct = match order {
             2 => [1.0, 0.0, 0.0],
             3 => [-a, 1.0, 0.0],
@@ -94,6 +91,38 @@ impl Transfer {
             _ => [0.0; 3],
         };
         Self { lambda, residue: residue * sign, direct: direct.map(|factor| factor * sign) }
+    }
+
+    /// Minus for motions of the base, and the power of s from the recorded input to the recorded output.
+    fn sign_and_order(input: InputKind, output: OutputQuantity) -> (f64, i32) {
+        let (sign, input_order) = match input {
+            InputKind::Force => (1.0, 0),
+            InputKind::BasePosition => (-1.0, 2),
+            InputKind::BaseAcceleration => (-1.0, 0),
+        };
+        let output_order = match output {
+            OutputQuantity::Position => 0,
+            OutputQuantity::Velocity => 1,
+            OutputQuantity::Acceleration => 2,
+        };
+        (sign, input_order + output_order)
+    }
+
+    /// Derivatives of residue and direct terms with respect to ln f (index 0) or ln zeta (1).
+    fn slope(&self, pole: Pole, index: usize, kinds: (InputKind, OutputQuantity)) -> Self {
+        let lambda = self.lambda;
+        let turn = pole.lambda_slopes()[index.min(1)];
+        let (sign, order) = Self::sign_and_order(kinds.0, kinds.1);
+        let residue = self.residue * (turn / lambda * f64::from(order) - turn.im / lambda.im);
+        let (a, b) = (2.0 * pole.damping_ratio * pole.omega(), pole.omega().powi(2));
+        // a is proportional to both f and zeta, b to f².
+        let slope_of_b = if index == 0 { 2.0 * b } else { 0.0 };
+        let direct = match order {
+            3 => [-a, 0.0, 0.0],
+            4 => [2.0 * a * a - slope_of_b, -a, 0.0],
+            _ => [0.0; 3],
+        };
+        Self { lambda: turn, residue, direct: direct.map(|factor| factor * sign) }
     }
 }
 
@@ -117,8 +146,7 @@ pub(crate) fn forced_response(
             let s = time_s - start_s;
             let here = if s == 0.0 { state } else { steps.get(s).advance(state, c) };
             let u = polynomial(c, s);
-            let direct: f64 = transfer.direct.iter().zip(u).map(|(d, u)| d * u).sum();
-            response.push(2.0 * (transfer.residue * here).re + direct);
+            response.push(2.0 * (transfer.residue * here).re + direct_part(transfer.direct, &u));
         }
         state = steps.get(end_s - start_s).advance(state, c);
     }
@@ -143,73 +171,64 @@ pub(crate) fn free_response(pole: Pole, origin_s: f64, times_s: &[f64]) -> [Vec<
         .into()
 }
 
-/// What one step of length h does: z becomes exp(lambda h) z plus the integrals of the input's powers.
-#[derive(Clone, Copy)]
-struct Step {
-    length_s: f64,
-    decay: Complex64,
-    /// Integral over 0..h of exp(lambda (h - t)) t^j, for j = 0..3.
-    moments: [Complex64; 4],
+/// Derivatives of [`forced_response`] times one factor, at the same times.
+pub(crate) struct ForcedSlopes {
+    /// With respect to the logarithm of the frequency and of the damping ratio.
+    pub(crate) by_pole: [Vec<f64>; 2],
+    /// With respect to time.
+    pub(crate) by_time: Vec<f64>,
 }
 
-impl Step {
-    fn new(lambda: Complex64, h: f64) -> Self {
-        let x = lambda * h;
-        let decay = x.exp();
-        let mut moments = [Complex64::new(0.0, 0.0); 4];
-        let powers = [1.0, h, h * h, h * h * h];
-        if x.norm() < 1.0 {
-            // j = 3 by its series h^4 * sum of x^m 3!/(m+4)!, the others downwards: both are free of cancellation.
-            let mut term = Complex64::new(0.25, 0.0);
-            let mut sum = term;
-            for m in 1..20 {
-                term *= x / f64::from(m + 4);
-                sum += term;
-            }
-            moments[3] = sum * powers[3] * h;
-            for j in (1..4).rev() {
-                moments[j - 1] = (lambda * moments[j] + powers[j]) / j as f64;
-            }
-        } else {
-            moments[0] = (decay - 1.0) / lambda;
-            for j in 1..4 {
-                moments[j] = (moments[j - 1] * j as f64 - powers[j]) / lambda;
-            }
+/// The derivatives of a mode's forced response, all in one pass.
+pub(crate) fn forced_slopes(
+    pole: Pole,
+    input: &PiecewiseCubic,
+    input_kind: InputKind,
+    output: OutputQuantity,
+    times_s: &[f64],
+) -> ForcedSlopes {
+    let transfer = Transfer::new(pole, input_kind, output);
+    let turns = pole.lambda_slopes();
+    let slopes = [0, 1].map(|index| transfer.slope(pole, index, (input_kind, output)));
+    let mut found = ForcedSlopes {
+        by_pole: [0, 1].map(|_| Vec::with_capacity(times_s.len())),
+        by_time: Vec::with_capacity(times_s.len()),
+    };
+    let mut visit = |state: Complex64, state_slope: Complex64, u: [f64; 4]| {
+        for ((values, slope), turn) in found.by_pole.iter_mut().zip(&slopes).zip(turns) {
+            let ringing = slope.residue * state + transfer.residue * state_slope * turn;
+            values.push(2.0 * ringing.re + direct_part(slope.direct, &u));
         }
-        Self { length_s: h, decay, moments }
-    }
+        let rate = transfer.residue * (transfer.lambda * state + u[0]);
+        found.by_time.push(2.0 * rate.re + direct_part(transfer.direct, &u[1..]));
+    };
 
-    fn advance(&self, state: Complex64, c: &[f64; 4]) -> Complex64 {
-        let [m0, m1, m2, m3] = self.moments;
-        self.decay * state + m0 * c[0] + m1 * c[1] + m2 * c[2] + m3 * c[3]
-    }
-}
-
-/// The few step lengths that occur again and again in a record, even when its stamps were rounded.
-struct StepCache {
-    lambda: Complex64,
-    steps: [Option<Step>; 4],
-    next: usize,
-}
-
-/// Steps that differ by less than this share are the same: the stamps' own rounding is of that size.
-const SAME_STEP: f64 = 1e-9;
-
-impl StepCache {
-    fn new(lambda: Complex64) -> Self {
-        Self { lambda, steps: [None; 4], next: 0 }
-    }
-
-    fn get(&mut self, h: f64) -> Step {
-        let same = |step: &&Step| (step.length_s - h).abs() <= SAME_STEP * h.abs();
-        if let Some(step) = self.steps.iter().flatten().find(same) {
-            return *step;
+    let mut steps = StepCache::new(transfer.lambda);
+    let mut times = times_s.iter().copied().peekable();
+    let (mut state, mut state_slope) = (Complex64::default(), Complex64::default());
+    let last = input.coefficients.len().saturating_sub(1);
+    for (index, (ends, c)) in input.knots_s.windows(2).zip(&input.coefficients).enumerate() {
+        let (start_s, end_s) = (ends[0], ends[1]);
+        while let Some(time_s) = times.next_if(|&t| t < end_s || index == last) {
+            let s = time_s - start_s;
+            let (here, slope) = match s {
+                0.0 => (state, state_slope),
+                _ => {
+                    let step = steps.get(s);
+                    (step.advance(state, c), step.advance_slope(state, state_slope, c))
+                }
+            };
+            let [u, du, ddu] = polynomial(c, s);
+            visit(here, slope, [u, du, ddu, 6.0 * c[3]]);
         }
-        let step = Step::new(self.lambda, h);
-        self.steps[self.next] = Some(step);
-        self.next = (self.next + 1) % self.steps.len();
-        step
+        let step = steps.get(end_s - start_s);
+        (state, state_slope) = (step.advance(state, c), step.advance_slope(state, state_slope, c));
     }
+    found
+}
+
+fn direct_part(direct: [f64; 3], u: &[f64]) -> f64 {
+    direct.iter().zip(u).map(|(d, u)| d * u).sum()
 }
 
 #[cfg(test)]
@@ -276,13 +295,35 @@ mod tests {
     }
 
     #[test]
-    fn step_moments_join_where_the_series_hands_over() {
-        for angle in [1.6, 2.0, 2.5, 3.0] {
-            let lambda = Complex64::from_polar(7.0, angle);
-            let (inside, outside) =
-                (Step::new(lambda, (1.0 - 1e-12) / 7.0), Step::new(lambda, (1.0 + 1e-12) / 7.0));
-            for (a, b) in inside.moments.iter().zip(outside.moments) {
-                assert!((a - b).norm() < 1e-11 * b.norm());
+    fn slopes_are_the_differences_of_responses() {
+        let knots: Vec<f64> = (0..200).map(|k| 0.02 * f64::from(k) + 0.004 * f64::from(k % 3)).collect();
+        let samples: Vec<f64> = knots.iter().map(|t| (3.0 * t + 0.8 * t * t).sin()).collect();
+        let spline = PiecewiseCubic::new(&knots, &samples, InputInterpolation::Cubic);
+        let times: Vec<f64> = (0..300).map(|k| 0.05 + 0.012 * f64::from(k)).collect();
+        let base = Pole { frequency_hz: 1.7, damping_ratio: 0.03 };
+        for kind in [InputKind::Force, InputKind::BasePosition, InputKind::BaseAcceleration] {
+            for quantity in [OutputQuantity::Position, OutputQuantity::Velocity, OutputQuantity::Acceleration]
+            {
+                let slopes = forced_slopes(base, &spline, kind, quantity, &times);
+                let response = |f: f64, zeta: f64, shift: f64| {
+                    let pole = Pole { frequency_hz: 1.7 * f.exp(), damping_ratio: 0.03 * zeta.exp() };
+                    let times: Vec<f64> = times.iter().map(|t| t + shift).collect();
+                    forced_response(pole, &spline, kind, quantity, &times)
+                };
+                let h = 1e-6;
+                let check = |found: &[f64], up: Vec<f64>, down: Vec<f64>| {
+                    let size = found.iter().fold(0.0_f64, |top, v| top.max(v.abs()));
+                    for ((found, up), down) in found.iter().zip(&up).zip(&down) {
+                        let wanted = (up - down) / (2.0 * h);
+                        assert!(
+                            (found - wanted).abs() < 1e-5 * size,
+                            "{kind:?} {quantity:?}: {found} {wanted}"
+                        );
+                    }
+                };
+                check(&slopes.by_pole[0], response(h, 0.0, 0.0), response(-h, 0.0, 0.0));
+                check(&slopes.by_pole[1], response(0.0, h, 0.0), response(0.0, -h, 0.0));
+                check(&slopes.by_time, response(0.0, 0.0, h), response(0.0, 0.0, -h));
             }
         }
     }

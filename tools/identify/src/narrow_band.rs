@@ -9,11 +9,12 @@ use std::f64::consts::{PI, TAU};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
+use crate::column::Column;
+use crate::forced_model::{MAX_DAMPING, MIN_DAMPING};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::Pole;
 use crate::result::Estimate;
 use crate::separable::{Projected, Separable, fit, fit_covariance};
-use crate::sweep_fit::{MAX_DAMPING, MIN_DAMPING};
 
 /// Spectrum of a whole uniform record, padded so that the end does not wrap onto the start.
 pub(crate) struct WholeSpectrum {
@@ -173,13 +174,13 @@ impl Separable for Decay<'_> {
         1
     }
 
-    fn block(&self, _: usize, parameters: &[f64]) -> Vec<Vec<f64>> {
+    fn block(&self, _: usize, parameters: &[f64]) -> Vec<Column> {
         let rate = Complex64::new(-parameters[1], parameters[0]);
         let origin = self.time_s[0];
         let decay: Vec<Complex64> = self.time_s.iter().map(|t| (rate * (t - origin)).exp()).collect();
-        let real = decay.iter().flat_map(|z| [z.re, z.im]).collect();
-        let imaginary = decay.iter().flat_map(|z| [-z.im, z.re]).collect();
-        vec![real, imaginary]
+        let real: Vec<f64> = decay.iter().flat_map(|z| [z.re, z.im]).collect();
+        let imaginary: Vec<f64> = decay.iter().flat_map(|z| [-z.im, z.re]).collect();
+        vec![real.into(), imaginary.into()]
     }
 
     fn depends(&self, _: usize, _: usize) -> bool {

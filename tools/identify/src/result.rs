@@ -94,6 +94,91 @@ pub struct Spectrum {
     pub density: Vec<f64>,
 }
 
+/// What was taken of the noise.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum NoiseModel {
+    /// The residuals are white, or their stamps too uneven for a filter: plain least squares, with standard errors
+    /// that allow for correlation.
+    #[default]
+    White,
+    /// Coloured: the fit was made through the filter that whitens the residuals.
+    Autoregressive {
+        /// Order of the autoregression.
+        order: usize,
+    },
+    /// Coloured, but not noise: the whitened fit differs from the plain one by more than independent noise allows,
+    /// so that the residuals hold something of the structure. The plain fit is reported.
+    NotNoise {
+        /// Order of the autoregression.
+        order: usize,
+        /// The largest difference of a parameter, in standard errors.
+        #[serde(deserialize_with = "null_is_infinite")]
+        apart: f64,
+    },
+}
+
+/// One step in the choice of the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModelStep {
+    /// What was added or taken out.
+    pub what: String,
+    /// Free numbers of the model with it, linear ones included.
+    pub parameters: usize,
+    /// Root mean square of what the model with it leaves, in the output's unit.
+    pub residual_rms: f64,
+    /// Schwarz's criterion: rows times the logarithm of the ratio of the sums of squares, less the logarithm of the
+    /// rows for every parameter. Above 10 speaks for it.
+    pub evidence: f64,
+    /// Whether it was kept.
+    pub kept: bool,
+    /// Why, or why not.
+    pub reason: String,
+}
+
+/// What was found or recorded and is not in the result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Rejected {
+    /// Something that might have been a mode.
+    Pole {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// Its damping ratio, where it was estimated.
+        damping_ratio: Option<f64>,
+        /// Why it is not a mode.
+        reason: String,
+    },
+    /// Samples that were not fitted.
+    Samples {
+        /// The recording.
+        recording: String,
+        /// How many.
+        count: usize,
+        /// Time of the first one, s.
+        first_s: f64,
+        /// Time of the last one, s.
+        last_s: f64,
+        /// Why they were left out.
+        reason: String,
+    },
+}
+
+/// What belongs to one of the recordings that were fitted together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordFit {
+    /// Name of the recording.
+    pub recording: String,
+    /// Samples fitted.
+    pub rows: usize,
+    /// Constant part of its output, in the output's unit.
+    pub offset: Estimate,
+    /// Root mean square of its recorded minus fitted output, in the output's unit.
+    pub residual_rms: f64,
+    /// Time of its first and its last fitted sample, s.
+    pub window_s: [f64; 2],
+}
+
 /// Measured and fitted output, for plots.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitTrace {
@@ -126,15 +211,31 @@ pub struct IdentifiedModes {
     pub offset: Estimate,
     /// Delay of the output behind the input, s, when it was asked for.
     pub delay_s: Option<Estimate>,
+    /// The share of the output in direct proportion to the force or to minus the base's acceleration: the static
+    /// compliance of the modes beyond the band. Where the record calls for it.
+    #[serde(default)]
+    pub direct: Option<Estimate>,
     /// Root mean square of recorded minus fitted output, in the output's unit.
     pub residual_rms: f64,
-    /// Time of the first and the last fitted sample, s.
+    /// Time of the first and the last fitted sample, s; of the first recording, where there are several.
     pub window_s: [f64; 2],
+    /// The recordings that were fitted together.
+    #[serde(default)]
+    pub records: Vec<RecordFit>,
+    /// What was taken of the noise.
+    #[serde(default)]
+    pub noise: NoiseModel,
+    /// How the model was chosen, step by step.
+    #[serde(default)]
+    pub model_choice: Vec<ModelStep>,
+    /// Poles and samples that are not in the result, with the reasons.
+    #[serde(default)]
+    pub rejected: Vec<Rejected>,
     /// Why the search ended.
     pub stop_reason: StopReason,
     /// What to know before relying on the modes.
     pub warnings: Vec<Warning>,
-    /// Measured and fitted output; not part of the JSON.
+    /// Measured and fitted output (of the first recording, where there are several); not part of the JSON.
     #[serde(skip)]
     pub fit: FitTrace,
 }

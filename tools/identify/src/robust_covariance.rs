@@ -7,11 +7,12 @@
 
 use nalgebra::DMatrix;
 
+use crate::column::Column;
 use crate::tall::{dot, gram};
 
 /// Covariance of the parameters whose Jacobian columns are given; `None` when J'J cannot be inverted or
 /// there are not more residuals than parameters.
-pub(crate) fn covariance(jacobian: &[Vec<f64>], residuals: &[f64]) -> Option<DMatrix<f64>> {
+pub(crate) fn covariance(jacobian: &[Column], residuals: &[f64]) -> Option<DMatrix<f64>> {
     let n = residuals.len();
     let p = jacobian.len();
     if n <= p {
@@ -37,29 +38,34 @@ pub(crate) fn covariance(jacobian: &[Vec<f64>], residuals: &[f64]) -> Option<DMa
 ///
 /// A Bartlett kernel of width L equals the mean square of sums over a sliding window of L scores, running
 /// off both ends of the record, which costs the same for every L.
-fn score_covariance(jacobian: &[Vec<f64>], lengths: &[f64], residuals: &[f64], width: usize) -> DMatrix<f64> {
-    let p = jacobian.len();
-    let n = residuals.len();
-    let score = |column: usize, t: usize| jacobian[column][t] * residuals[t] / lengths[column];
-    let mut sum = DMatrix::zeros(p, p);
-    let mut window = vec![0.0; p];
-    for end in 0..n + width - 1 {
-        for (column, value) in window.iter_mut().enumerate() {
-            if end < n {
-                *value += score(column, end);
-            }
-            if end >= width {
-                *value -= score(column, end - width);
-            }
-        }
-        for i in 0..p {
-            for j in 0..=i {
-                sum[(i, j)] += window[i] * window[j];
-            }
-        }
+fn score_covariance(jacobian: &[Column], lengths: &[f64], residuals: &[f64], width: usize) -> DMatrix<f64> {
+    let sums: Vec<Column> = jacobian
+        .iter()
+        .zip(lengths)
+        .map(|(column, length)| {
+            let here = &residuals[column.rows()];
+            let scores = column.values.iter().zip(here).map(|(slope, e)| slope * e / length);
+            sliding_sums(Column { start: column.start, values: scores.collect() }, width)
+        })
+        .collect();
+    gram(&sums) / width as f64
+}
+
+/// Sums over the `width` rows that end at each row, from the first that is not zero to the last.
+fn sliding_sums(scores: Column, width: usize) -> Column {
+    if width == 1 {
+        return scores;
     }
-    sum.fill_upper_triangle_with_lower_triangle();
-    sum / width as f64
+    let n = scores.values.len();
+    let mut sum = 0.0;
+    let sums = (0..n + width - 1).map(|end| {
+        sum += scores.values.get(end).copied().unwrap_or(0.0);
+        if end >= width {
+            sum -= scores.values[end - width];
+        }
+        sum
+    });
+    Column { start: scores.start, values: sums.collect() }
 }
 
 /// Width of the Bartlett window in samples: 1 takes the residuals as uncorrelated.
@@ -110,7 +116,8 @@ mod tests {
                 *value -= level + slope * columns[1][t];
             }
             actual += slope * slope;
-            claimed += covariance(&columns, &e).unwrap()[(1, 1)];
+            claimed += covariance(&columns.iter().cloned().map(Column::from).collect::<Vec<_>>(), &e)
+                .unwrap()[(1, 1)];
         }
         (claimed / actual).sqrt()
     }
@@ -125,7 +132,7 @@ mod tests {
 
     #[test]
     fn parameters_that_cannot_be_told_apart_have_no_covariance() {
-        let column = noise(1, 100);
+        let column = Column::from(noise(1, 100));
         assert!(covariance(&[column.clone(), column], &noise(2, 100)).is_none());
     }
 }

@@ -2,13 +2,15 @@
 //!
 //! For every trial of the few non-linear parameters the linear ones are solved for, so that the search only
 //! sees the non-linear ones. The Jacobian is Kaufman's: the model's tangents with the span of the linear
-//! columns taken out. L. Kaufman, BIT 15 (1975) 49; G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1.
+//! columns taken out; only its inner products are ever formed.
+//! L. Kaufman, BIT 15 (1975) 49; G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
+use crate::column::Column;
 use crate::levenberg_marquardt::{LeastSquares, Minimum, Parameter, minimise};
 use crate::robust_covariance::covariance;
-use crate::tall::{Orthonormal, add_scaled};
+use crate::tall::{Orthonormal, gram};
 
 /// Step of the central differences, in the coordinates of the search.
 const DIFFERENCE: f64 = 1e-6;
@@ -21,18 +23,32 @@ pub(crate) trait Separable {
     /// How many blocks there are.
     fn blocks(&self) -> usize;
     /// The columns of one block; all blocks' columns in order are the model's columns.
-    fn block(&self, block: usize, parameters: &[f64]) -> Vec<Vec<f64>>;
+    fn block(&self, block: usize, parameters: &[f64]) -> Vec<Column>;
     /// Whether a block's columns depend on a parameter.
     fn depends(&self, block: usize, parameter: usize) -> bool;
-    /// Derivatives of a block's columns with respect to a parameter it depends on, where they are had for
-    /// less than by differences.
-    fn block_derivatives(
+    /// Derivatives of the sum of a block's columns times the coefficients, with respect to every parameter that the
+    /// block depends on, by parameter. The columns are those that [`Separable::block`] gave.
+    fn tangents(
         &self,
-        _block: usize,
-        _parameter: usize,
-        _parameters: &[f64],
-    ) -> Option<Vec<Vec<f64>>> {
-        None
+        block: usize,
+        parameters: &[f64],
+        _columns: &[Column],
+        coefficients: &[f64],
+    ) -> Vec<(usize, Column)> {
+        let depends = (0..parameters.len()).filter(|&parameter| self.depends(block, parameter));
+        depends
+            .map(|parameter| {
+                let mut tangent = Column::default();
+                for side in [1.0, -1.0] {
+                    let mut moved = parameters.to_vec();
+                    moved[parameter] += side * DIFFERENCE;
+                    for (column, coefficient) in self.block(block, &moved).iter().zip(coefficients) {
+                        tangent.add(side * coefficient / (2.0 * DIFFERENCE), column);
+                    }
+                }
+                (parameter, tangent)
+            })
+            .collect()
     }
     /// Whether the target depends on a parameter.
     fn target_depends(&self, _parameter: usize) -> bool {
@@ -44,8 +60,8 @@ pub(crate) trait Separable {
 #[derive(Debug, Clone)]
 pub(crate) struct Projected {
     basis: Orthonormal,
-    /// Sizes of the blocks.
-    sizes: Vec<usize>,
+    /// Columns by block.
+    blocks: Vec<Vec<Column>>,
     /// Linear coefficients, all blocks in order.
     pub(crate) coefficients: Vec<f64>,
     /// Target minus model.
@@ -55,52 +71,31 @@ pub(crate) struct Projected {
 struct Projection<'m, M>(&'m M);
 
 impl<M: Separable> Projection<'_, M> {
-    /// Derivative of the model with respect to one parameter, the coefficients held (minus the target's).
-    fn tangent(&self, index: usize, parameters: &[f64], point: &Projected) -> Vec<f64> {
-        let mut tangent = vec![0.0; point.residuals.len()];
-        if !self.0.target_depends(index)
-            && let Some(exact) = self.exact_tangent(index, parameters, point)
-        {
-            return exact;
-        }
-        for side in [1.0, -1.0] {
-            let mut moved = parameters.to_vec();
-            moved[index] += side * DIFFERENCE;
-            let factor = side / (2.0 * DIFFERENCE);
-            let mut coefficients = point.coefficients.as_slice();
-            for (block, &size) in point.sizes.iter().enumerate() {
-                let (own, rest) = coefficients.split_at(size);
-                coefficients = rest;
-                if self.0.depends(block, index) {
-                    for (column, coefficient) in self.0.block(block, &moved).iter().zip(own) {
-                        add_scaled(&mut tangent, factor * coefficient, column);
-                    }
-                }
-            }
-            if self.0.target_depends(index) {
-                add_scaled(&mut tangent, -factor, &self.0.target(&moved));
-            }
-        }
-        tangent
-    }
-}
-
-impl<M: Separable> Projection<'_, M> {
-    /// The tangent by the model's own derivatives, if it has them for every block that depends.
-    fn exact_tangent(&self, index: usize, parameters: &[f64], point: &Projected) -> Option<Vec<f64>> {
-        let mut tangent = vec![0.0; point.residuals.len()];
+    /// Derivatives of the model with respect to all parameters, the coefficients held (minus the target's).
+    fn tangents(&self, parameters: &[f64], point: &Projected) -> Vec<Column> {
+        let mut tangents = vec![Column::default(); parameters.len()];
         let mut coefficients = point.coefficients.as_slice();
-        for (block, &size) in point.sizes.iter().enumerate() {
-            let (own, rest) = coefficients.split_at(size);
+        for (block, columns) in point.blocks.iter().enumerate() {
+            let (own, rest) = coefficients.split_at(columns.len());
             coefficients = rest;
-            if self.0.depends(block, index) {
-                let derivatives = self.0.block_derivatives(block, index, parameters)?;
-                for (column, coefficient) in derivatives.iter().zip(own) {
-                    add_scaled(&mut tangent, *coefficient, column);
+            for (parameter, tangent) in self.0.tangents(block, parameters, columns, own) {
+                if tangents[parameter].is_empty() {
+                    tangents[parameter] = tangent;
+                } else {
+                    tangents[parameter].add(1.0, &tangent);
                 }
             }
         }
-        Some(tangent)
+        for (parameter, tangent) in tangents.iter_mut().enumerate() {
+            if self.0.target_depends(parameter) {
+                for side in [1.0, -1.0] {
+                    let mut moved = parameters.to_vec();
+                    moved[parameter] += side * DIFFERENCE;
+                    tangent.add(-side / (2.0 * DIFFERENCE), &self.0.target(&moved).into());
+                }
+            }
+        }
+        tangents
     }
 }
 
@@ -108,34 +103,44 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
     type Point = Projected;
 
     fn at(&self, parameters: &[f64]) -> Option<Projected> {
-        let mut basis = Orthonormal::default();
-        let mut sizes = Vec::with_capacity(self.0.blocks());
-        for block in 0..self.0.blocks() {
-            let columns = self.0.block(block, parameters);
-            sizes.push(columns.len());
-            for column in columns {
-                if !column.iter().all(|value| value.is_finite()) {
-                    return None;
-                }
-                basis.push(column);
-            }
+        let blocks: Vec<Vec<Column>> =
+            (0..self.0.blocks()).map(|block| self.0.block(block, parameters)).collect();
+        let columns: Vec<&Column> = blocks.iter().flatten().collect();
+        if !columns.iter().all(|column| column.is_finite()) {
+            return None;
         }
+        // Short columns first keep the basis short.
+        let mut order: Vec<usize> = (0..columns.len()).collect();
+        order.sort_by_key(|&index| columns[index].values.len());
+        let mut basis = Orthonormal::default();
+        order.iter().for_each(|&index| basis.push(columns[index].clone()));
         let mut residuals = self.0.target(parameters);
         let components = basis.remove_from(&mut residuals);
-        let coefficients = basis.coefficients(&components);
-        Some(Projected { basis, sizes, coefficients, residuals })
+        let mut coefficients = vec![0.0; columns.len()];
+        for (&index, coefficient) in order.iter().zip(basis.coefficients(&components)) {
+            coefficients[index] = coefficient;
+        }
+        Some(Projected { basis, blocks, coefficients, residuals })
     }
 
     fn residuals<'p>(&self, point: &'p Projected) -> &'p [f64] {
         &point.residuals
     }
 
-    fn jacobian(&self, parameters: &[f64], point: &Projected) -> Vec<Vec<f64>> {
-        let mut tangents: Vec<Vec<f64>> =
-            (0..parameters.len()).map(|index| self.tangent(index, parameters, point)).collect();
-        point.basis.remove_from_all(&mut tangents);
-        tangents.iter_mut().flatten().for_each(|value| *value = -*value);
-        tangents
+    /// With Q the basis and T the tangents, J = -(T - Q Q'T): J'J = T'T - (Q'T)'(Q'T), and since Q'r = 0, J'r = -T'r.
+    fn curvature(&self, parameters: &[f64], point: &Projected) -> (DMatrix<f64>, DVector<f64>) {
+        let tangents = self.tangents(parameters, point);
+        let inside: Vec<Vec<f64>> = tangents.iter().map(|tangent| point.basis.components(tangent)).collect();
+        let gradient = tangents.iter().map(|tangent| -tangent.dot_dense(&point.residuals));
+        let gradient = DVector::from_iterator(tangents.len(), gradient);
+        let mut curvature = gram(&tangents);
+        for (i, left) in inside.iter().enumerate() {
+            for (j, right) in inside.iter().enumerate() {
+                curvature[(i, j)] -= crate::tall::dot(left, right);
+            }
+            curvature[(i, i)] = curvature[(i, i)].max(0.0);
+        }
+        (curvature, gradient)
     }
 }
 
@@ -148,10 +153,7 @@ pub(crate) fn fit<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<M
 ///
 /// `None` when the parameters cannot be told apart.
 pub(crate) fn fit_covariance<M: Separable>(model: &M, minimum: &Minimum<Projected>) -> Option<DMatrix<f64>> {
-    let projection = Projection(model);
-    let at = &minimum.parameters;
-    let tangents = (0..at.len()).map(|index| projection.tangent(index, at, &minimum.point));
-    let columns = (0..model.blocks()).flat_map(|block| model.block(block, at));
-    let jacobian: Vec<Vec<f64>> = tangents.chain(columns).collect();
+    let mut jacobian = Projection(model).tangents(&minimum.parameters, &minimum.point);
+    jacobian.extend(minimum.point.blocks.iter().flatten().cloned());
     covariance(&jacobian, &minimum.point.residuals)
 }

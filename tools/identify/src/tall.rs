@@ -2,6 +2,8 @@
 
 use nalgebra::DMatrix;
 
+use crate::column::Column;
+
 /// Inner product, summed in eight lanes so that the compiler may vectorise it.
 pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
@@ -23,19 +25,12 @@ pub(crate) fn add_scaled(target: &mut [f64], factor: f64, column: &[f64]) {
     }
 }
 
-/// Rows of a block: a few dozen columns of them fit the second-level cache.
-const BLOCK_ROWS: usize = 1024;
-
-/// Inner products of all pairs of columns, row by row of the lower triangle.
-pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
-    let rows = columns.first().map_or(0, Vec::len);
+/// Inner products of all pairs of columns.
+pub(crate) fn gram(columns: &[Column]) -> DMatrix<f64> {
     let mut products = DMatrix::zeros(columns.len(), columns.len());
-    for start in (0..rows).step_by(BLOCK_ROWS) {
-        let block = start..(start + BLOCK_ROWS).min(rows);
-        for (i, left) in columns.iter().enumerate() {
-            for (j, right) in columns.iter().enumerate().take(i + 1) {
-                products[(i, j)] += dot(&left[block.clone()], &right[block.clone()]);
-            }
+    for (i, left) in columns.iter().enumerate() {
+        for (j, right) in columns.iter().enumerate().take(i + 1) {
+            products[(i, j)] = left.dot(right);
         }
     }
     products.fill_upper_triangle_with_lower_triangle();
@@ -46,74 +41,70 @@ pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
 const DEPENDENT: f64 = 1e-10;
 
 /// An orthonormal basis of the columns pushed so far, with the triangular factor that relates the two.
+///
+/// Push columns with few rows first: a direction has the rows of all columns before it that it meets.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Orthonormal {
     /// The basis; a dependent column leaves an empty one.
-    directions: Vec<Vec<f64>>,
+    directions: Vec<Column>,
     /// For every pushed column: its components along all directions up to its own.
     triangle: Vec<Vec<f64>>,
 }
 
 impl Orthonormal {
     /// Adds a column by Gram-Schmidt, repeated where cancellation made the first pass inexact.
-    pub(crate) fn push(&mut self, mut column: Vec<f64>) {
-        let length = dot(&column, &column).sqrt();
+    pub(crate) fn push(&mut self, column: impl Into<Column>) {
+        let mut column = column.into();
+        let length = column.dot(&column).sqrt();
         let mut components = vec![0.0; self.directions.len() + 1];
         let mut before = length;
         let mut after = length;
         for _ in 0..3 {
             for (direction, component) in self.directions.iter().zip(&mut components) {
-                if !direction.is_empty() {
-                    let along = dot(direction, &column);
-                    add_scaled(&mut column, -along, direction);
+                let along = direction.dot(&column);
+                if along != 0.0 {
+                    column.add(-along, direction);
                     *component += along;
                 }
             }
-            after = dot(&column, &column).sqrt();
+            after = column.dot(&column).sqrt();
             if after > 0.5 * before {
                 break;
             }
             before = after;
         }
         if after > DEPENDENT * length && after.is_finite() {
-            column.iter_mut().for_each(|value| *value /= after);
+            column.values.iter_mut().for_each(|value| *value /= after);
             components[self.directions.len()] = after;
             self.directions.push(column);
         } else {
-            self.directions.push(Vec::new());
+            self.directions.push(Column::default());
         }
         self.triangle.push(components);
+    }
+
+    /// The components of a column along the basis.
+    pub(crate) fn components(&self, column: &Column) -> Vec<f64> {
+        self.directions.iter().map(|direction| direction.dot(column)).collect()
     }
 
     /// Takes the part inside the span out of `vector`; returns the components.
     pub(crate) fn remove_from(&self, vector: &mut [f64]) -> Vec<f64> {
         let mut components = Vec::with_capacity(self.directions.len());
         for direction in &self.directions {
-            let along = dot(direction, vector);
-            add_scaled(vector, -along, direction);
+            let along = direction.dot_dense(vector);
+            direction.add_to(vector, -along);
             components.push(along);
         }
         components
     }
 
-    /// Takes the part inside the span out of many vectors at once, in blocks of rows that stay in the cache.
-    pub(crate) fn remove_from_all(&self, vectors: &mut [Vec<f64>]) {
-        let rows = vectors.first().map_or(0, Vec::len);
-        let blocks = || (0..rows).step_by(BLOCK_ROWS).map(|start| start..(start + BLOCK_ROWS).min(rows));
-        let directions: Vec<&Vec<f64>> = self.directions.iter().filter(|d| !d.is_empty()).collect();
-        let mut components = vec![vec![0.0; directions.len()]; vectors.len()];
-        for block in blocks() {
-            for (vector, components) in vectors.iter().zip(&mut components) {
-                for (direction, component) in directions.iter().zip(components) {
-                    *component += dot(&direction[block.clone()], &vector[block.clone()]);
-                }
-            }
-        }
-        for block in blocks() {
-            for (vector, components) in vectors.iter_mut().zip(&components) {
-                for (direction, component) in directions.iter().zip(components) {
-                    add_scaled(&mut vector[block.clone()], -component, &direction[block.clone()]);
-                }
+    /// Takes the part inside the span out of a column.
+    pub(crate) fn remove_from_column(&self, column: &mut Column) {
+        for direction in &self.directions {
+            let along = direction.dot(column);
+            if along != 0.0 {
+                column.add(-along, direction);
             }
         }
     }

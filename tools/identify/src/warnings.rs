@@ -129,6 +129,11 @@ pub enum WarningKind {
     },
     /// The standard errors could not be computed.
     NoStandardErrors,
+    /// What the fit leaves is coloured in a way that independent noise is not.
+    ResidualsNotNoise {
+        /// By how many standard errors the fits with and without a noise model differ.
+        apart: f64,
+    },
     /// Recordings of the same structure disagree.
     RecordingsDisagree {
         /// Frequency of the mode in the first one, Hz.
@@ -193,6 +198,9 @@ impl WarningKind {
             Self::NoStandardErrors => {
                 "the parameters cannot be told apart well enough for standard errors; try fewer modes or a longer record".to_owned()
             }
+            Self::ResidualsNotNoise { apart } => format!(
+                "what the fit leaves is not independent noise (with and without a noise model it differs by {apart:.1} standard errors): the structure does something that the modes do not; `stillbeam diagnose` looks for what"
+            ),
             Self::RecordingsDisagree { mode_hz, quantity, first, second, stderr, first_amplitude, second_amplitude } => format!(
                 "mode at {mode_hz:.4} Hz: its {} is {first:.6} at amplitude {first_amplitude:.3e} and {second:.6} at {second_amplitude:.3e}, {:.1} standard errors apart: the structure is not linear, or changed",
                 quantity.words(),

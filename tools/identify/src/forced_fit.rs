@@ -1,0 +1,133 @@
+//! Modes from forced records, such as sweeps: output-error fit of the whole time records.
+//!
+//! The measured input drives the modal equations
+//! q_r'' + 2 zeta_r omega_r q_r' + omega_r² q_r = s(t), y = sum participation_r q_r + offset,
+//! from a free initial state, delayed if that is allowed, and frequencies and dampings are chosen so that the sum of
+//! squares of recorded minus simulated output is least. Participations, initial states and the offset enter linearly
+//! and are solved for at every trial. No window, no segment, no leakage: a record shorter than the decay
+//! time is fitted as well as a long one, only with wider intervals.
+
+use stillbeam_recording::Recording;
+
+use crate::error::IdentifyError;
+use crate::forced_record::ForcedRecord;
+use crate::forced_report::report;
+use crate::forced_start::Starts;
+use crate::interpolation::InputInterpolation;
+use crate::modal_response::{InputKind, OutputQuantity};
+use crate::model_choice::choose;
+use crate::result::IdentifiedModes;
+
+/// The most modes that are looked for or can be asked for.
+pub const MAX_MODES: usize = 12;
+
+/// Choices of [`identify_forced`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ForcedOptions {
+    /// Input column: base position, base acceleration or force.
+    pub input: String,
+    /// Output column.
+    pub output: String,
+    /// How many modes; `None` takes all that explain a noticeable part of the output.
+    pub modes: Option<usize>,
+    /// What the input is; `None` goes by its unit (m, m_s2, N).
+    pub input_kind: Option<InputKind>,
+    /// What the output is; `None` goes by its unit.
+    pub output_quantity: Option<OutputQuantity>,
+    /// What the input does between its samples.
+    pub interpolation: InputInterpolation,
+    /// Lets the output come later than the input by at most plus and minus this many seconds, where the record calls
+    /// for a delay; 0 allows none. That much is left out at either end of the record.
+    pub max_delay_s: f64,
+}
+
+impl ForcedOptions {
+    /// The usual choices for an input and an output column.
+    pub fn new(input: impl Into<String>, output: impl Into<String>) -> Self {
+        Self {
+            input: input.into(),
+            output: output.into(),
+            modes: None,
+            input_kind: None,
+            output_quantity: None,
+            interpolation: InputInterpolation::default(),
+            max_delay_s: 0.0,
+        }
+    }
+
+    /// The same with a number of modes.
+    #[must_use]
+    pub fn with_modes(mut self, modes: usize) -> Self {
+        self.modes = Some(modes);
+        self
+    }
+}
+
+/// Identifies modes from a record with a measured input.
+///
+/// The output may be missing where the input is present (an input at 1 kHz, a camera at 100 Hz) and the
+/// other way round; stamps need not be uniform.
+///
+/// # Errors
+/// [`IdentifyError`] when the columns cannot be used or fewer modes stand out than were asked for.
+pub fn identify_forced(
+    recording: &Recording,
+    options: &ForcedOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    identify_forced_together(&[recording], options)
+}
+
+/// Identifies the modes that several records of one structure have in common, from all of them at once.
+///
+/// Modes, participations and the delay are common; every record has its own initial state and offset. A record
+/// weighs as much as it is long.
+///
+/// # Errors
+/// As [`identify_forced`]; [`IdentifyError::BadOption`] without any recording.
+pub fn identify_forced_together(
+    recordings: &[&Recording],
+    options: &ForcedOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    check_modes(options.modes)?;
+    if recordings.is_empty() {
+        return Err(IdentifyError::BadOption {
+            option: "recordings",
+            value: "none".to_owned(),
+            remedy: "give at least one",
+        });
+    }
+    if !(options.max_delay_s >= 0.0 && options.max_delay_s.is_finite()) {
+        return Err(IdentifyError::BadOption {
+            option: "max_delay_s",
+            value: options.max_delay_s.to_string(),
+            remedy: "give a number of seconds, 0 for none",
+        });
+    }
+    let records: Vec<ForcedRecord> = recordings
+        .iter()
+        .map(|recording| {
+            ForcedRecord::new(
+                recording,
+                (&options.input, &options.output),
+                (options.input_kind, options.output_quantity),
+                options.interpolation,
+                options.max_delay_s,
+            )
+        })
+        .collect::<Result<_, _>>()?;
+    let starts = Starts::new(&records);
+    let chosen = choose(&records, &starts, options)?;
+    Ok(report(&chosen, &starts))
+}
+
+/// Refuses numbers of modes that make no sense.
+pub(crate) fn check_modes(modes: Option<usize>) -> Result<(), IdentifyError> {
+    match modes {
+        Some(0) | Some(MAX_MODES..) if modes != Some(MAX_MODES) => Err(IdentifyError::BadOption {
+            option: "modes",
+            value: modes.unwrap_or_default().to_string(),
+            remedy: "ask for 1 to 12 modes, or for none in particular",
+        }),
+        _ => Ok(()),
+    }
+}

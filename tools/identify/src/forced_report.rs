@@ -1,0 +1,215 @@
+//! What a forced fit has to say: estimates with standard errors, cross-checks, warnings.
+
+use std::ops::Range;
+
+use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
+use crate::forced_record::ForcedRecord;
+use crate::forced_start::{Spectral, Starts};
+use crate::levenberg_marquardt::Minimum;
+use crate::modal_response::Pole;
+use crate::model_choice::{Chosen, names};
+use crate::noise::{Refined, refine};
+use crate::result::{
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RecordFit,
+    SCHEMA_VERSION,
+};
+use crate::separable::Projected;
+use crate::tall::dot;
+use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::whitening::{Whitener, even_runs};
+
+/// Turns a chosen model into the result.
+pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
+    let model = &chosen.model;
+    let runs = model.rows().flat_map(|(rows, record)| even_runs(&record.time_s, rows.start)).collect();
+    let whitener = Whitener::of(&chosen.minimum.point.residuals, runs);
+    let known: Vec<Pole> = (0..model.modes).map(|mode| pole(&chosen.minimum.parameters, mode)).collect();
+    let range = model.parameters(&known, model.delay_s(&chosen.minimum.parameters));
+    let refined = refine(model, &chosen.minimum, &range, whitener);
+
+    let mut warnings: Vec<Warning> =
+        model.records.iter().flat_map(|record| record.warnings.clone()).collect();
+    let mut modes: Vec<IdentifiedMode> =
+        (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
+    modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    for mode in &modes {
+        warnings.extend(mode_warnings(mode, model.records, starts));
+    }
+    warnings.extend(fit_warnings(&chosen.minimum, refined.covariance.is_some()));
+    if let NoiseModel::NotNoise { apart, .. } = refined.noise {
+        warnings.push(WarningKind::ResidualsNotNoise { apart }.into());
+    }
+
+    let record_fits: Vec<RecordFit> = model
+        .rows()
+        .enumerate()
+        .map(|(index, (rows, record))| record_fit(model, &refined, index, rows, record))
+        .collect();
+    let coefficient = |index: usize| Estimate {
+        value: refined.coefficients[index],
+        stderr: refined.coefficient_stderr(index),
+    };
+    let delay = 2 * model.modes;
+    let first = &model.records[0];
+    let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
+    IdentifiedModes {
+        schema_version: SCHEMA_VERSION,
+        recording: names(model.records),
+        input: Some(first.input_column.clone()),
+        output: first.output_column.clone(),
+        modes,
+        frf: starts.spectral.first().map(|spectral| spectral.frf.clone()),
+        spectrum: None,
+        offset: coefficient(model.offset_index(0)),
+        delay_s: model
+            .delay
+            .then(|| Estimate { value: refined.parameters[delay], stderr: refined.stderr(delay) }),
+        direct: model.direct_index().map(coefficient),
+        residual_rms: refined.residual_rms(),
+        window_s: record_fits[0].window_s,
+        records: record_fits,
+        noise: refined.noise,
+        model_choice: chosen.steps.clone(),
+        rejected: chosen.rejected.clone(),
+        stop_reason: chosen.minimum.stop_reason,
+        warnings,
+        fit: FitTrace {
+            time_s: first.time_s.iter().map(|t| t + first.origin_s).collect(),
+            measured: first.output.clone(),
+            fitted,
+        },
+    }
+}
+
+fn record_fit(
+    model: &ForcedModel<'_>,
+    refined: &Refined,
+    index: usize,
+    rows: Range<usize>,
+    record: &ForcedRecord,
+) -> RecordFit {
+    let offset = model.offset_index(index);
+    let left = &refined.residuals[rows.clone()];
+    let ends = [record.time_s.first(), record.time_s.last()];
+    RecordFit {
+        recording: record.name.clone(),
+        rows: rows.len(),
+        offset: Estimate { value: refined.coefficients[offset], stderr: refined.coefficient_stderr(offset) },
+        residual_rms: (dot(left, left) / left.len().max(1) as f64).sqrt(),
+        window_s: ends.map(|end| end.map_or(0.0, |t| t + record.origin_s)),
+    }
+}
+
+/// One mode with its standard errors and its second opinion.
+fn identified_mode(
+    model: &ForcedModel<'_>,
+    refined: &Refined,
+    mode: usize,
+    starts: &Starts,
+) -> IdentifiedMode {
+    let pole = pole(&refined.parameters, mode);
+    let columns = model.mode_columns(pole, model.delay_s(&refined.parameters));
+    let at = mode * model.columns_per_mode();
+    let mut contribution = vec![0.0; refined.residuals.len()];
+    for (column, factor) in columns.iter().zip(&refined.coefficients[at..]) {
+        column.add_to(&mut contribution, *factor);
+    }
+    let largest = contribution.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
+    let participation = Estimate { value: refined.coefficients[at], stderr: refined.coefficient_stderr(at) };
+    IdentifiedMode {
+        frequency_hz: Estimate {
+            value: pole.frequency_hz,
+            stderr: pole.frequency_hz * refined.stderr(2 * mode),
+        },
+        damping_ratio: Estimate {
+            value: pole.damping_ratio,
+            stderr: pole.damping_ratio * refined.stderr(2 * mode + 1),
+        },
+        method: Method::OutputError,
+        amplitude: Estimate {
+            value: largest,
+            stderr: largest * (participation.stderr / participation.value).abs(),
+        },
+        participation: Some(participation),
+        cross_checks: starts
+            .spectral
+            .iter()
+            .filter_map(|spectral| spectral.half_power(pole))
+            .take(1)
+            .collect(),
+    }
+}
+
+/// Warnings about one mode.
+fn mode_warnings(mode: &IdentifiedMode, records: &[ForcedRecord], starts: &Starts) -> Vec<Warning> {
+    let pole = Pole { frequency_hz: mode.frequency_hz.value, damping_ratio: mode.damping_ratio.value };
+    let mode_hz = pole.frequency_hz;
+    let mut warnings: Vec<Warning> = Vec::new();
+    let duration_s = records.iter().map(ForcedRecord::duration_s).fold(0.0, f64::max);
+    if duration_s < pole.decay_time_s() {
+        warnings.push(
+            WarningKind::RecordShorterThanDecay { mode_hz, duration_s, decay_time_s: pole.decay_time_s() }
+                .into(),
+        );
+    }
+    let limit_hz_s = (2.0 * pole.damping_ratio * mode_hz).powi(2);
+    let rates = starts.spectral.iter().filter_map(|spectral| spectral.sweep_rate_at(mode_hz));
+    let slowest = rates.fold(f64::INFINITY, f64::min);
+    if slowest.is_finite() && slowest > limit_hz_s {
+        warnings.push(WarningKind::SweepTooFast { mode_hz, rate_hz_s: slowest, limit_hz_s }.into());
+    }
+    let bands = starts.spectral.iter().map(Spectral::excited_band_hz);
+    let [lower_hz, upper_hz] =
+        bands.fold([f64::INFINITY, 0.0], |all, band| [all[0].min(band[0]), all[1].max(band[1])]);
+    if !(lower_hz..=upper_hz).contains(&mode_hz) {
+        warnings.push(WarningKind::OutsideExcitedBand { mode_hz, lower_hz, upper_hz }.into());
+    }
+    for check in &mode.cross_checks {
+        warnings.extend(disagreement(mode, check));
+    }
+    if pole.damping_ratio <= MIN_DAMPING * 1.001 {
+        warnings.push(
+            WarningKind::AtBound { mode_hz, quantity: Quantity::DampingRatio, bound: MIN_DAMPING }.into(),
+        );
+    }
+    warnings
+}
+
+/// Warnings for a cross-check more than three standard errors away.
+pub(crate) fn disagreement(mode: &IdentifiedMode, check: &CrossCheck) -> Vec<Warning> {
+    let pairs = [
+        (Quantity::FrequencyHz, mode.frequency_hz, check.frequency_hz),
+        (Quantity::DampingRatio, mode.damping_ratio, check.damping_ratio),
+    ];
+    let mut warnings = Vec::new();
+    for (quantity, fitted, other) in pairs {
+        if let Some(other) = other
+            && fitted.distance(&other) > 3.0
+        {
+            warnings.push(
+                WarningKind::CrossCheckDisagrees {
+                    mode_hz: mode.frequency_hz.value,
+                    quantity,
+                    method: check.method.clone(),
+                    fitted: fitted.value,
+                    other: other.value,
+                    stderr: fitted.stderr.hypot(other.stderr),
+                }
+                .into(),
+            );
+        }
+    }
+    warnings
+}
+
+/// Warnings about the search itself.
+pub(crate) fn fit_warnings(minimum: &Minimum<Projected>, has_covariance: bool) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if !minimum.stop_reason.converged() {
+        warnings.push(WarningKind::NotConverged { steps: minimum.steps }.into());
+    }
+    if !has_covariance {
+        warnings.push(WarningKind::NoStandardErrors.into());
+    }
+    warnings
+}

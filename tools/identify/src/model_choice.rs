@@ -155,8 +155,8 @@ impl Chosen<'_> {
     fn drop_idle_details(&mut self) {
         let (delay, direct) = (self.model.delay, self.model.direct);
         let narrower = [
-            direct.then(|| ("the direct share", ForcedModel { direct: false, ..self.model })),
-            delay.then(|| ("the delay", ForcedModel { delay: false, ..self.model })),
+            direct.then_some(("the direct share", ForcedModel { direct: false, ..self.model })),
+            delay.then_some(("the delay", ForcedModel { delay: false, ..self.model })),
         ];
         for (what, narrow) in narrower.into_iter().flatten() {
             let narrow = ForcedModel {

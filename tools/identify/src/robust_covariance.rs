@@ -98,7 +98,7 @@ mod tests {
     /// Fits a line through AR(1) noise many times and compares the scatter of the slope with what is claimed.
     fn claimed_over_actual(rho: f64) -> f64 {
         let n = 2000;
-        let columns = vec![vec![1.0; n], (0..n).map(|t| t as f64 / n as f64 - 0.5).collect::<Vec<_>>()];
+        let columns = [vec![1.0; n], (0..n).map(|t| t as f64 / n as f64 - 0.5).collect::<Vec<_>>()];
         let mut actual = 0.0;
         let mut claimed = 0.0;
         for seed in 1..=300 {

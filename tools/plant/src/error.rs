@@ -74,6 +74,26 @@ pub enum PlantError {
         /// States given.
         found: usize,
     },
+    /// A series of the wrong length.
+    #[error("the {what} has {found} entries where {expected} are needed")]
+    Length {
+        /// Which series.
+        what: &'static str,
+        /// Entries needed.
+        expected: usize,
+        /// Entries given.
+        found: usize,
+    },
+    /// A place that the model does not have.
+    #[error("{what}: the model has no place \"{found}\"; use one of {}", allowed.join(", "))]
+    Place {
+        /// What asked for it.
+        what: String,
+        /// The name given.
+        found: String,
+        /// The names there are.
+        allowed: Vec<String>,
+    },
     /// There is nothing to measure.
     #[error("{what}; {remedy}")]
     Measure {

@@ -43,7 +43,7 @@
 mod advances;
 pub mod beam;
 mod camera;
-mod chain;
+pub mod catalogue;
 mod drive;
 mod error;
 mod linear;
@@ -51,23 +51,29 @@ mod metrics;
 mod model;
 mod model_file;
 pub mod modes;
+mod parameters;
 mod prescribed_base;
 mod profile;
 mod residual;
 mod simulate;
 mod stamps;
+pub mod state_space;
 
 pub use camera::{Camera, CameraError};
 pub use drive::ServoDrive;
 pub use error::PlantError;
 pub use metrics::{Move, MoveMetrics, measure_move};
 pub use model::{
-    BASE_POSITION, BeamDamping, BeamOnBase, BeamParameters, BeamSignal, FORCE, Input, InvalidParameter,
-    MAX_MODES, ModalModel, ModalOutput, Model, Problem, Quantity, SETPOINT, TIP_DEFLECTION, TIP_POSITION,
+    BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Body, Connection,
+    Controller, DriveLimits, FORCE, GROUND, InitialState, Input, InvalidParameter, LumpedInput, LumpedModel,
+    LumpedOutput, MAX_BODIES, MAX_MODES, ModalModel, ModalOutput, Model, Physics, Problem, Quantity,
+    SETPOINT, SectionTables, Sensor, SensorKind, Setup, TIP_DEFLECTION, TIP_POSITION,
 };
 pub use model_file::{ModelFileError, SCHEMA};
 pub use modes::Mode;
+pub use parameters::Parameter;
 pub use prescribed_base::{ModalState, PrescribedBase};
 pub use profile::Profile;
 pub use residual::{PercentageVibration, ResidualVibration};
 pub use simulate::{Hold, SimulateOptions, free_decay, simulate, simulate_with};
+pub use state_space::StateSpace;

@@ -83,6 +83,11 @@ pub fn clamped_modes(model: &BeamOnBase) -> Result<Vec<ClampedMode>, PlantError>
     Ok(modes)
 }
 
+/// Mass that a servo moves: base, beam and what sits at its tip, kg.
+pub(crate) fn moved_mass_kg(model: &BeamOnBase) -> Result<f64, PlantError> {
+    Ok(model.base_mass_kg + galerkin(&model.beam, 1)?.beam_mass_kg)
+}
+
 /// As many clamped modes as there are basis functions; the highest are no more than numbers.
 fn clamped_spectrum(model: &BeamOnBase, beam: &Galerkin) -> Result<Vec<ClampedMode>, PlantError> {
     let (omegas_rad_s, vectors) = eigenmodes(&beam.mass_kg, beam.stiffness_n_m.clone())?;

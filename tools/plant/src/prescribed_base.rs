@@ -1,11 +1,11 @@
 //! The plant one tick at a time, for a controller that runs in lockstep with it.
 
-use crate::chain::{BaseMotion, drive_for};
 use crate::drive::ServoDrive;
 use crate::error::PlantError;
 use crate::linear::{Advance, LinearSystem, dot};
 use crate::model::{Model, Quantity};
 use crate::modes::{Mode, clamped_modes};
+use crate::state_space::{BaseMotion, drive_for};
 
 /// State of one mode.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -86,6 +86,9 @@ impl PrescribedBase {
                     });
                 }
                 (model.modes.clone(), model.drive)
+            }
+            Model::Lumped(_) => {
+                return Err(PlantError::NotPrescribed { found: Some(column.to_owned()) });
             }
         };
         let drive = drive_for(column, drive.as_ref()).copied();

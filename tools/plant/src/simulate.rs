@@ -3,11 +3,11 @@
 use stillbeam_recording::Recording;
 
 use crate::advances::Advances;
-use crate::chain::Chain;
 use crate::error::PlantError;
 use crate::model::{FORCE, Model};
 use crate::prescribed_base::ModalState;
 use crate::stamps::Stamps;
+use crate::state_space::StateSpace;
 
 /// What a force does between two samples. A motion of the base always goes in straight lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -55,28 +55,32 @@ pub fn simulate_with(
     recording: &Recording,
     options: &SimulateOptions,
 ) -> Result<Recording, PlantError> {
-    let chain = Chain::new(model)?;
+    let space = StateSpace::new(model)?;
     let input = model.input().ok_or(PlantError::NoInput)?;
+    if model.setup().physics.iter().any(|physics| physics.parameters.values().any(|value| *value != 0.0)) {
+        let what = "the model holds [[physics]], which simulations do not run yet";
+        return Err(PlantError::Measure { what, remedy: "remove it" });
+    }
     let samples = recording.column(&input.column)?;
     check_input(recording, &input.column, samples)?;
     let line = Line {
         stamps: Stamps::new(&recording.time_s),
         samples,
-        zero_order: options.hold == Hold::ZeroOrder && !input.is_motion(),
+        zero_order: options.hold == Hold::ZeroOrder && !model.input_is_motion(),
     };
     let output_s = match options.output_rate_hz {
         None => line.stamps.to_vec(),
         Some(rate_hz) => line.stamps.resampled(rate_hz)?,
     };
-    let initial = chain.rest_at(samples.first().copied().unwrap_or(0.0));
-    let columns = run(&chain, initial, &line, &output_s)?;
+    let initial = space.initial(model, samples.first().copied().unwrap_or(0.0))?;
+    let columns = run(&space, initial, &line, &output_s)?;
     let time_s = match options.output_rate_hz {
         None => recording.time_s.clone(),
         Some(_) => output_s,
     };
     let mut result = Recording::new(format!("{}, simulated", recording.name), time_s)
         .with_column(input.column.clone(), columns.input);
-    for (readout, samples) in chain.outputs.iter().zip(columns.outputs) {
+    for (readout, samples) in space.outputs().iter().zip(columns.outputs) {
         // A beam's base position may be its input, handed through.
         if readout.column != input.column {
             result = result.with_column(readout.column.clone(), samples);
@@ -93,10 +97,10 @@ pub fn simulate_with(
 /// [`PlantError::InitialStates`] unless there is one state per mode; [`PlantError::Recording`] when the times
 /// do not increase or are fewer than a recording needs; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
 pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Result<Recording, PlantError> {
-    let chain = Chain::held(model)?;
+    let space = StateSpace::held(model)?;
     let state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();
-    if state.len() != chain.system.value.len() {
-        let (modes, found) = (chain.system.value.len() / 2, initial.len());
+    if state.len() != space.system.value.len() {
+        let (modes, found) = (space.system.value.len() / 2, initial.len());
         return Err(PlantError::InitialStates { modes, found });
     }
     let mut result = Recording::new("free decay, simulated", time_s);
@@ -104,8 +108,8 @@ pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Re
     let probe = result.clone().with_column(FORCE, samples.clone());
     probe.check()?;
     let line = Line { stamps: Stamps::new(&result.time_s), samples: &samples, zero_order: true };
-    let columns = run(&chain, state, &line, &line.stamps.to_vec())?;
-    for (readout, samples) in chain.outputs.iter().zip(columns.outputs) {
+    let columns = run(&space, state, &line, &line.stamps.to_vec())?;
+    for (readout, samples) in space.outputs().iter().zip(columns.outputs) {
         result = result.with_column(readout.column.clone(), samples);
     }
     Ok(result)
@@ -135,22 +139,27 @@ struct Columns {
 }
 
 impl Columns {
-    fn push(&mut self, chain: &Chain, state: &[f64], u: f64, slope: f64) {
+    fn push(&mut self, space: &StateSpace, state: &[f64], u: f64, slope: f64) {
         self.input.push(u);
-        for (readout, samples) in chain.outputs.iter().zip(&mut self.outputs) {
-            samples.push(readout.read(state, u, slope));
+        for (readout, samples) in space.outputs().iter().zip(&mut self.outputs) {
+            samples.push(readout.row.read(state, u, slope));
         }
     }
 }
 
 /// Walks along the input, stretch by stretch, and looks aside at every output time.
-fn run(chain: &Chain, mut state: Vec<f64>, line: &Line<'_>, output_s: &[f64]) -> Result<Columns, PlantError> {
-    let mut advances = Advances::new(&chain.system);
+fn run(
+    space: &StateSpace,
+    mut state: Vec<f64>,
+    line: &Line<'_>,
+    output_s: &[f64],
+) -> Result<Columns, PlantError> {
+    let mut advances = Advances::new(&space.system);
     let mut scratch = Vec::with_capacity(state.len());
     let mut aside = Vec::with_capacity(state.len());
     let mut columns = Columns {
         input: Vec::with_capacity(output_s.len()),
-        outputs: vec![Vec::with_capacity(output_s.len()); chain.outputs.len()],
+        outputs: vec![Vec::with_capacity(output_s.len()); space.outputs().len()],
     };
     let mut output_s = output_s.iter().copied().peekable();
     let mut slope_before = 0.0;
@@ -170,12 +179,12 @@ fn run(chain: &Chain, mut state: Vec<f64>, line: &Line<'_>, output_s: &[f64]) ->
                     Some(_) => 0.5 * (slope_before + slope),
                     None => slope_before,
                 };
-                columns.push(chain, &state, u, at_tick);
+                columns.push(space, &state, u, at_tick);
             } else {
                 aside.clone_from(&state);
                 let advance = advances.partial(past_s)?;
                 advance.apply(&mut aside, &mut scratch, u, slope);
-                columns.push(chain, &aside, u + slope * past_s, slope);
+                columns.push(space, &aside, u + slope * past_s, slope);
             }
         }
         if let Some(interval_s) = interval_s {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stillbeam_identify::IdentifiedModes;
-use stillbeam_plant::{BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, SETPOINT};
+use stillbeam_plant::{BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, SETPOINT, Setup};
 use stillbeam_recording::Column;
 
 use crate::error::CliError;
@@ -43,6 +43,7 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
         input,
         outputs: vec![ModalOutput { column: modes.output.clone(), quantity }],
         fixed: BTreeMap::new(),
+        setup: Setup::default(),
     }
 }
 

@@ -33,7 +33,7 @@ pub fn basis_functions(modes: usize) -> usize {
 /// The Galerkin matrices of the beam alone, in the basis of [`BasisFunction`]s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Galerkin {
-    /// `m_ij` in kg, eq. 19: symmetric, positive definite, n by n.
+    /// `m_ij` in kg, eq. 19: symmetric, positive definite, n by n (one more than asked for if the clamp turns).
     pub mass_kg: DMatrix<f64>,
     /// `k_ij` in N/m, eq. 20 in its weak form: symmetric, positive definite, n by n.
     pub stiffness_n_m: DMatrix<f64>,
@@ -45,19 +45,67 @@ pub struct Galerkin {
     pub beam_mass_kg: f64,
 }
 
+/// A function that the deflection is made of.
+enum Shape {
+    /// Clamped at the base.
+    Bends(BasisFunction),
+    /// `x / l`: the straight beam turned about a clamp that gives way. The bending moment there comes from the others,
+    /// the slope from this one.
+    Turns { length_m: f64 },
+}
+
+impl Shape {
+    fn value(&self, x_m: f64) -> f64 {
+        match self {
+            Self::Bends(function) => function.value(x_m),
+            Self::Turns { length_m } => x_m / length_m,
+        }
+    }
+
+    fn curvature_per_m2(&self, x_m: f64) -> f64 {
+        match self {
+            Self::Bends(function) => function.curvature_per_m2(x_m),
+            Self::Turns { .. } => 0.0,
+        }
+    }
+}
+
+/// Area in m² and second moment of area in m⁴.
+fn section_at(beam: &BeamParameters, x_m: f64) -> (f64, f64) {
+    if let Some(section) = &beam.fittings.section {
+        return (section.area_m2.at(x_m), section.second_moment_m4.at(x_m));
+    }
+    let thickness_m = beam.thickness_m.at(x_m);
+    let area_m2 = beam.width_m.at(x_m) * thickness_m;
+    (area_m2, area_m2 * thickness_m * thickness_m / 12.0)
+}
+
+fn section_corners_m(beam: &BeamParameters) -> Vec<f64> {
+    let profiles = match &beam.fittings.section {
+        Some(section) => [&section.area_m2, &section.second_moment_m4],
+        None => [&beam.width_m, &beam.thickness_m],
+    };
+    profiles.into_iter().flat_map(crate::profile::Profile::corners_m).collect()
+}
+
 /// Integrates eqs. 17 to 20 with `basis_functions` functions (at least 1).
 ///
-/// The section is rectangular: `A = width · thickness`, `I = width · thickness³ / 12`. The integrals are exact
+/// The section is rectangular, `A = width · thickness`, `I = width · thickness³ / 12`, or given by tables. A tip mass
+/// adds `m φ_i(l) φ_j(l)` and `m φ_i(l)`; a clamp that turns adds one function, `x / l`, and its spring. The integrals are exact
 /// to rounding; the only approximation is the number of functions.
 ///
 /// # Errors
 /// [`PlantError::Degenerate`] when the parameters do not give finite matrices.
 pub fn galerkin(beam: &BeamParameters, basis_functions: usize) -> Result<Galerkin, PlantError> {
     let n = basis_functions.max(1);
-    let functions: Vec<BasisFunction> =
-        (0..n).map(|index| BasisFunction::new(index, beam.length_m)).collect();
-    let mut corners_m = beam.width_m.corners_m();
-    corners_m.extend(beam.thickness_m.corners_m());
+    let turns = beam.fittings.clamp_stiffness_n_m_rad;
+    let mut functions: Vec<Shape> =
+        (0..n).map(|index| Shape::Bends(BasisFunction::new(index, beam.length_m))).collect();
+    if turns.is_some() {
+        functions.push(Shape::Turns { length_m: beam.length_m });
+    }
+    let n = functions.len();
+    let corners_m = section_corners_m(beam);
     let mut result = Galerkin {
         mass_kg: DMatrix::zeros(n, n),
         stiffness_n_m: DMatrix::zeros(n, n),
@@ -68,9 +116,7 @@ pub fn galerkin(beam: &BeamParameters, basis_functions: usize) -> Result<Galerki
     // One wave of the highest product of two functions per panel.
     let longest_panel_m = beam.length_m / n as f64;
     for (x_m, weight_m) in quadrature::nodes(beam.length_m, &corners_m, longest_panel_m) {
-        let (width_m, thickness_m) = (beam.width_m.at(x_m), beam.thickness_m.at(x_m));
-        let area_m2 = width_m * thickness_m;
-        let inertia_m4 = area_m2 * thickness_m * thickness_m / 12.0;
+        let (area_m2, inertia_m4) = section_at(beam, x_m);
         let mass = weight_m * beam.density_kg_m3 * area_m2;
         let stiffness = weight_m * beam.young_pa * inertia_m4;
         let values = DVector::from_iterator(n, functions.iter().map(|f| f.value(x_m)));
@@ -79,6 +125,15 @@ pub fn galerkin(beam: &BeamParameters, basis_functions: usize) -> Result<Galerki
         result.coupling_kg.axpy(mass, &values, 1.0);
         result.mass_kg.ger(mass, &values, &values, 1.0);
         result.stiffness_n_m.ger(stiffness, &curvatures, &curvatures, 1.0);
+    }
+    let tip_mass_kg = beam.fittings.tip_mass_kg;
+    let tip = result.tip.clone();
+    result.beam_mass_kg += tip_mass_kg;
+    result.coupling_kg.axpy(tip_mass_kg, &tip, 1.0);
+    result.mass_kg.ger(tip_mass_kg, &tip, &tip, 1.0);
+    if let Some(stiffness_n_m_rad) = turns {
+        // Only the last function has a slope at the clamp: 1/l.
+        result.stiffness_n_m[(n - 1, n - 1)] += stiffness_n_m_rad / (beam.length_m * beam.length_m);
     }
     let finite = result.mass_kg.iter().chain(result.stiffness_n_m.iter()).all(|entry| entry.is_finite());
     if finite { Ok(result) } else { Err(PlantError::Degenerate) }

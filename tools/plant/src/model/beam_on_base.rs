@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::Input;
 use super::invalid::{
     InvalidParameter, Problem, distinct_columns, finite, not_negative, positive, underdamped,
 };
+use super::{Input, Setup};
 use crate::drive::ServoDrive;
 use crate::profile::Profile;
 
@@ -40,6 +40,28 @@ pub struct BeamParameters {
     pub modes: usize,
     /// Damping of the clamped beam.
     pub damping: BeamDamping,
+    /// What is there besides a rectangular strip in a rigid clamp.
+    pub fittings: BeamFittings,
+}
+
+/// Optional parts of a beam; by default there are none.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BeamFittings {
+    /// `tip_mass_kg`: a point mass at the tip, at least 0.
+    pub tip_mass_kg: f64,
+    /// `clamp_stiffness_N_m_rad`: rotational stiffness of the clamp, above 0; `None` is rigid.
+    pub clamp_stiffness_n_m_rad: Option<f64>,
+    /// Section given directly; width and thickness are then not used.
+    pub section: Option<SectionTables>,
+}
+
+/// Area and second moment of area along the beam, for sections that are not rectangular.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SectionTables {
+    /// `A(x)` in m², above 0.
+    pub area_m2: Profile,
+    /// `I(x)` in m⁴ about the bending axis, above 0.
+    pub second_moment_m4: Profile,
 }
 
 /// Damping of the beam relative to its base.
@@ -97,6 +119,8 @@ pub struct BeamOnBase {
     pub outputs: Vec<BeamSignal>,
     /// Parameters that a refit must not move, by path.
     pub fixed: BTreeMap<String, bool>,
+    /// Controller, initial state, sensors, left-out physics.
+    pub setup: Setup,
 }
 
 impl BeamOnBase {
@@ -106,15 +130,19 @@ impl BeamOnBase {
             "beam.length_m",
             "beam.density_kg_m3",
             "beam.young_Pa",
-            "beam.width_m",
-            "beam.thickness_m",
+            if self.beam.fittings.section.is_some() { "beam.area_m2" } else { "beam.width_m" },
+            if self.beam.fittings.section.is_some() { "beam.second_moment_m4" } else { "beam.thickness_m" },
             match self.beam.damping {
                 BeamDamping::Ratios(_) => "beam.damping_ratio",
                 BeamDamping::Rayleigh(_) => "beam.rayleigh",
             },
             "base.mass_kg",
             "base.viscous_N_s_m",
+            "beam.tip_mass_kg",
         ];
+        if self.beam.fittings.clamp_stiffness_n_m_rad.is_some() {
+            paths.push("beam.clamp_stiffness_N_m_rad");
+        }
         if self.drive.is_some() {
             paths.extend(ServoDrive::PARAMETER_PATHS);
         }
@@ -147,6 +175,8 @@ impl BeamOnBase {
                 .zip(&self.outputs)
                 .map(|(number, signal)| (format!("output.{number}.column"), signal.column())),
         )?;
+        let columns: Vec<String> = self.outputs.iter().map(|signal| signal.column().to_owned()).collect();
+        self.setup.check(self.input.as_ref(), &columns)?;
         check_fixed(&self.fixed, self.parameter_paths())
     }
 }
@@ -167,8 +197,15 @@ impl BeamParameters {
         positive("beam.length_m", self.length_m)?;
         positive("beam.density_kg_m3", self.density_kg_m3)?;
         positive("beam.young_Pa", self.young_pa)?;
+        if let Some(section) = &self.fittings.section {
+            check_profile("beam.area_m2", &section.area_m2, self.length_m)?;
+            check_profile("beam.second_moment_m4", &section.second_moment_m4, self.length_m)?;
+        }
         check_profile("beam.width_m", &self.width_m, self.length_m)?;
         check_profile("beam.thickness_m", &self.thickness_m, self.length_m)?;
+        not_negative("beam.tip_mass_kg", self.fittings.tip_mass_kg)?;
+        let clamp = self.fittings.clamp_stiffness_n_m_rad;
+        clamp.map_or(Ok(()), |stiffness| positive("beam.clamp_stiffness_N_m_rad", stiffness))?;
         if !(1..=MAX_MODES).contains(&self.modes) {
             let found = i64::try_from(self.modes).unwrap_or(i64::MAX);
             return Err(invalid_mode_count(found));

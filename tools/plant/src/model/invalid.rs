@@ -156,6 +156,98 @@ pub enum Problem {
         "the acceleration of a mode is a train of impulses when the base's motion is given by sampled positions; use quantity = \"position\" or \"velocity\""
     )]
     AccelerationFromMotion,
+    /// A section that is neither a rectangle nor tables.
+    #[error(
+        "give either `width_m` and `thickness_m` (a rectangular section) or `area_m2` and `second_moment_m4` (any other), not both and not one of each"
+    )]
+    SectionChoice,
+    /// A controller without anything to act on.
+    #[error(
+        "a controller acts through the model's input; add an [input] with the column of the controller's output"
+    )]
+    ControllerWithoutInput,
+    /// A key that an encoder does not have.
+    #[error(
+        "an encoder reads the position now, at every time stamp; remove the key or use kind = \"camera\""
+    )]
+    CameraOnly,
+    /// Too many bodies.
+    #[error("{found} bodies; at most {most} are supported, lump some together")]
+    BodyCount {
+        /// Bodies given.
+        found: usize,
+        /// The most that are supported.
+        most: usize,
+    },
+    /// A name that cannot be used.
+    #[error("\"{found}\" cannot name a body; use letters, digits and _, each name once, and not \"ground\"")]
+    BodyName {
+        /// The name given.
+        found: String,
+    },
+    /// No such body.
+    #[error("there is no body \"{found}\"; use one of {}", allowed.join(", "))]
+    UnknownBody {
+        /// The name given.
+        found: String,
+        /// The names there are.
+        allowed: Vec<String>,
+    },
+    /// A pair that is none, or there twice.
+    #[error(
+        "\"{found}\" joins a body to itself or is there twice; name two different ends, and give each pair once"
+    )]
+    BadPair {
+        /// The pair given.
+        found: String,
+    },
+    /// The only body is moved by the input.
+    #[error("the input prescribes the position of the only body, so nothing is left to move; add a body")]
+    NothingFree,
+    /// No such law.
+    #[error("there is no law \"{found}\"; use one of {}", allowed.join(", "))]
+    UnknownLaw {
+        /// The id given.
+        found: String,
+        /// The laws there are.
+        allowed: Vec<String>,
+    },
+    /// A law at a place where it cannot act.
+    #[error("{law} cannot sit at \"{found}\" of this model; {remedy}")]
+    LawPlace {
+        /// The law.
+        law: String,
+        /// The place given.
+        found: String,
+        /// What to do instead.
+        remedy: String,
+    },
+    /// A parameter that the law does not have.
+    #[error("{law} has no such parameter; it has {}", allowed.join(", "))]
+    LawParameter {
+        /// The law.
+        law: String,
+        /// The parameters it has.
+        allowed: Vec<String>,
+    },
+    /// A value out of the bounds of a law's parameter.
+    #[error("{value} is outside {lower} to {upper} {unit}; give a value in that range")]
+    OutOfBounds {
+        /// The value given.
+        value: f64,
+        /// Least value.
+        lower: f64,
+        /// Greatest value.
+        upper: f64,
+        /// Unit.
+        unit: String,
+    },
+    /// No number at this path.
+    #[error("the model has no such parameter; it has {}", allowed.join(", "))]
+    UnknownPath {
+        /// The paths there are.
+        allowed: Vec<String>,
+    },
     /// `[fixed]` names something that is not a parameter of the model.
     #[error("this is not a parameter of the model; `[fixed]` may name {}", allowed.join(", "))]
     FixedPath {

@@ -2,16 +2,21 @@
 
 mod beam_on_base;
 mod invalid;
+mod lumped;
 mod modal;
+mod setup;
 
 pub(crate) use beam_on_base::invalid_mode_count;
 pub use beam_on_base::{
-    BASE_POSITION, BeamDamping, BeamOnBase, BeamParameters, BeamSignal, FORCE, MAX_MODES, SETPOINT,
-    TIP_DEFLECTION, TIP_POSITION,
+    BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, FORCE, MAX_MODES,
+    SETPOINT, SectionTables, TIP_DEFLECTION, TIP_POSITION,
 };
 pub(crate) use invalid::positive;
 pub use invalid::{InvalidParameter, Problem};
+pub(crate) use lumped::pair;
+pub use lumped::{Body, Connection, GROUND, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES};
 pub use modal::{ModalModel, ModalOutput, Quantity};
+pub use setup::{Controller, DriveLimits, InitialState, Physics, Sensor, SensorKind, Setup};
 
 /// What drives the model: the recording's column of this name.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +48,8 @@ pub enum Model {
     BeamOnBase(BeamOnBase),
     /// Modes without geometry, as identification finds them.
     Modal(ModalModel),
+    /// Bodies, springs and dampers.
+    Lumped(LumpedModel),
 }
 
 impl Model {
@@ -51,6 +58,7 @@ impl Model {
         match self {
             Self::BeamOnBase(model) => model.input.as_ref(),
             Self::Modal(model) => model.input.as_ref(),
+            Self::Lumped(model) => model.input.as_ref().map(|input| &input.signal),
         }
     }
 
@@ -61,6 +69,7 @@ impl Model {
                 model.outputs.iter().map(|signal| signal.column().to_owned()).collect()
             }
             Self::Modal(model) => model.outputs.iter().map(|output| output.column.clone()).collect(),
+            Self::Lumped(model) => model.outputs.iter().map(|output| output.column.clone()).collect(),
         }
     }
 
@@ -72,6 +81,58 @@ impl Model {
         match self {
             Self::BeamOnBase(model) => model.check(),
             Self::Modal(model) => model.check(),
+            Self::Lumped(model) => model.check(),
+        }?;
+        crate::catalogue::check(self)
+    }
+
+    /// Whether the input is a motion, in straight lines between its samples, rather than a force.
+    pub fn input_is_motion(&self) -> bool {
+        match self {
+            Self::Lumped(model) => model.moved_body().is_some(),
+            _ => self.input().is_some_and(Input::is_motion),
         }
     }
+
+    /// Controller, initial state, sensors and left-out physics.
+    pub fn setup(&self) -> &Setup {
+        match self {
+            Self::BeamOnBase(model) => &model.setup,
+            Self::Modal(model) => &model.setup,
+            Self::Lumped(model) => &model.setup,
+        }
+    }
+
+    /// The same, to be changed; [`Model::check`] afterwards.
+    pub fn setup_mut(&mut self) -> &mut Setup {
+        match self {
+            Self::BeamOnBase(model) => &mut model.setup,
+            Self::Modal(model) => &mut model.setup,
+            Self::Lumped(model) => &mut model.setup,
+        }
+    }
+
+    /// Parameters that a refit must not move, by path.
+    pub fn fixed(&self) -> &std::collections::BTreeMap<String, bool> {
+        match self {
+            Self::BeamOnBase(model) => &model.fixed,
+            Self::Modal(model) => &model.fixed,
+            Self::Lumped(model) => &model.fixed,
+        }
+    }
+
+    /// The servo between setpoint and base, if the model has one and its input passes through it.
+    pub(crate) fn servo(&self) -> Option<&crate::drive::ServoDrive> {
+        let drive = match self {
+            Self::BeamOnBase(model) => model.drive.as_ref(),
+            Self::Modal(model) => model.drive.as_ref(),
+            Self::Lumped(_) => None,
+        };
+        self.input().and_then(|input| crate::state_space::drive_for(&input.column, drive))
+    }
+}
+
+/// The unit that ends a column's name.
+pub(crate) fn unit_of(column: &str) -> String {
+    stillbeam_recording::Column { name: column.to_owned(), samples: Vec::new() }.unit().to_owned()
 }

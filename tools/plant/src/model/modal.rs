@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::Input;
 use super::beam_on_base::{check_fixed, check_input};
 use super::invalid::{InvalidParameter, Problem, distinct_columns, finite, positive, underdamped};
+use super::{Input, Setup};
 use crate::drive::ServoDrive;
 use crate::modes::Mode;
 
@@ -45,6 +45,8 @@ pub struct ModalModel {
     pub outputs: Vec<ModalOutput>,
     /// Parameters that a refit must not move, by path.
     pub fixed: BTreeMap<String, bool>,
+    /// Controller, initial state, sensors, left-out physics.
+    pub setup: Setup,
 }
 
 impl ModalModel {
@@ -104,6 +106,8 @@ impl ModalModel {
                     .map(|(number, output)| (format!("output.{number}.column"), output.column.as_str())),
             ),
         )?;
+        let columns: Vec<String> = self.outputs.iter().map(|output| output.column.clone()).collect();
+        self.setup.check(self.input.as_ref(), &columns)?;
         check_fixed(&self.fixed, self.parameter_paths())
     }
 

@@ -37,21 +37,8 @@ pub enum ModelFileError {
         found: i64,
     },
     /// No such kind of model.
-    #[error("{}: `kind`: there is no kind \"{kind}\"; use \"beam_on_base\" or \"modal\"", place(.file, .line))]
+    #[error("{}: `kind`: there is no kind \"{kind}\"; use \"beam_on_base\", \"modal\" or \"lumped\"", place(.file, .line))]
     KindUnknown {
-        /// The file.
-        file: String,
-        /// The line.
-        line: Option<usize>,
-        /// The kind found.
-        kind: String,
-    },
-    /// A kind that the format has and this version does not simulate.
-    #[error(
-        "{}: `kind`: \"{kind}\" models cannot be simulated by this version; describe the plant as \"beam_on_base\" or \"modal\"",
-        place(.file, .line)
-    )]
-    KindNotSupported {
         /// The file.
         file: String,
         /// The line.

@@ -1,4 +1,4 @@
-//! Model files: TOML in, a checked [`Model`] out, and a modal model back to TOML.
+//! Model files: TOML in, a checked [`Model`] out, and back to TOML.
 //!
 //! A file is read in three steps, so that the first thing that is wrong is what gets reported: `schema` and
 //! `kind`; the keys of that kind, none unknown; the values.
@@ -6,7 +6,9 @@
 mod beam_on_base;
 mod error;
 mod locate;
+mod lumped;
 mod modal;
+mod setup;
 mod signals;
 
 use std::path::Path;
@@ -64,13 +66,13 @@ impl Model {
                 let raw: modal::File = parse(file, text)?;
                 raw.into_model().map(Self::Modal)
             }
+            "lumped" => {
+                let raw: lumped::File = parse(file, text)?;
+                raw.into_model().map(Self::Lumped)
+            }
             kind => {
                 let (file, line, kind) = (file.to_owned(), line_of("kind"), kind.to_owned());
-                return Err(if kind == "lumped" {
-                    ModelFileError::KindNotSupported { file, line, kind }
-                } else {
-                    ModelFileError::KindUnknown { file, line, kind }
-                });
+                return Err(ModelFileError::KindUnknown { file, line, kind });
             }
         };
         model.and_then(|model| model.check().map(|()| model)).map_err(|invalid| ModelFileError::Invalid {
@@ -81,23 +83,37 @@ impl Model {
     }
 }
 
-impl ModalModel {
+impl Model {
     /// The model as the text of a model file, which [`Model::from_toml`] reads back unchanged.
     ///
     /// # Errors
-    /// [`ModelFileError`] when the model does not pass [`ModalModel::check`]: nothing is written that could
-    /// not be read.
+    /// [`ModelFileError`] when the model does not pass [`Model::check`]: nothing is written that could not be
+    /// read.
     pub fn to_toml(&self) -> Result<String, ModelFileError> {
-        let file = "modal model".to_owned();
         if let Err(invalid) = self.check() {
-            let line = None;
+            let (file, line) = ("model".to_owned(), None);
             return Err(ModelFileError::Invalid { file, line, invalid });
         }
-        toml::to_string(&modal::File::from_model(self)).map_err(|error| ModelFileError::Toml {
-            file,
+        let text = match self {
+            Self::BeamOnBase(model) => toml::to_string(&beam_on_base::File::from_model(model)),
+            Self::Modal(model) => toml::to_string(&modal::File::from_model(model)),
+            Self::Lumped(model) => toml::to_string(&lumped::File::from_model(model)),
+        };
+        text.map_err(|error| ModelFileError::Toml {
+            file: "model".to_owned(),
             line: None,
             message: error.to_string(),
         })
+    }
+}
+
+impl ModalModel {
+    /// As [`Model::to_toml`].
+    ///
+    /// # Errors
+    /// As [`Model::to_toml`].
+    pub fn to_toml(&self) -> Result<String, ModelFileError> {
+        Model::Modal(self.clone()).to_toml()
     }
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA;
+use super::setup::{ControllerTable, InitialTable, PhysicsTable, SensorTable, SetupTables};
 use super::signals::{DriveTable, InputTable, QuantityName};
 use crate::model::{InvalidParameter, ModalModel, ModalOutput};
 use crate::modes::Mode;
@@ -24,6 +25,14 @@ pub(super) struct File {
     output: Vec<OutputTable>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     fixed: BTreeMap<String, bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    controller: Option<ControllerTable>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    initial: BTreeMap<String, InitialTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    sensor: Vec<SensorTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    physics: Vec<PhysicsTable>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -46,6 +55,12 @@ impl File {
     // The other kind can fail here; both are used alike.
     #[allow(clippy::unnecessary_wraps)]
     pub(super) fn into_model(self) -> Result<ModalModel, InvalidParameter> {
+        let setup = SetupTables {
+            controller: self.controller,
+            initial: self.initial,
+            sensor: self.sensor,
+            physics: self.physics,
+        };
         Ok(ModalModel {
             modes: self
                 .mode
@@ -56,7 +71,7 @@ impl File {
                     participation: mode.participation,
                 })
                 .collect(),
-            drive: self.drive.map(Into::into),
+            drive: self.drive.as_ref().and_then(DriveTable::servo),
             input: self.input.map(Into::into),
             outputs: self
                 .output
@@ -64,10 +79,12 @@ impl File {
                 .map(|output| ModalOutput { column: output.column, quantity: output.quantity.into() })
                 .collect(),
             fixed: self.fixed,
+            setup: setup.into_setup(self.drive.as_ref()),
         })
     }
 
     pub(super) fn from_model(model: &ModalModel) -> Self {
+        let setup = SetupTables::from_setup(&model.setup);
         Self {
             schema: SCHEMA,
             kind: "modal".to_owned(),
@@ -80,7 +97,7 @@ impl File {
                     participation: mode.participation.clone(),
                 })
                 .collect(),
-            drive: model.drive.as_ref().map(Into::into),
+            drive: DriveTable::from_parts(model.drive.as_ref(), &model.setup.drive_limits),
             input: model.input.as_ref().map(Into::into),
             output: model
                 .outputs
@@ -88,6 +105,10 @@ impl File {
                 .map(|output| OutputTable { column: output.column.clone(), quantity: output.quantity.into() })
                 .collect(),
             fixed: model.fixed.clone(),
+            controller: setup.controller,
+            initial: setup.initial,
+            sensor: setup.sensor,
+            physics: setup.physics,
         }
     }
 }

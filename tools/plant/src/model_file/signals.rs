@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::setup::is_zero;
 use crate::drive::ServoDrive;
-use crate::model::{Input, Quantity};
+use crate::model::{DriveLimits, Input, Quantity};
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -13,13 +14,13 @@ pub(super) struct InputTable {
     gain: f64,
 }
 
-fn one() -> f64 {
+pub(super) fn one() -> f64 {
     1.0
 }
 
 // serde calls it with a reference.
 #[allow(clippy::trivially_copy_pass_by_ref)]
-fn is_one(gain: &f64) -> bool {
+pub(super) fn is_one(gain: &f64) -> bool {
     *gain == 1.0
 }
 
@@ -38,24 +39,44 @@ impl From<&Input> for InputTable {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriveTable {
-    bandwidth_hz: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bandwidth_hz: Option<f64>,
     #[serde(default = "default_servo_damping")]
     damping_ratio: f64,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    dead_time_s: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration_limit_m_s2: Option<f64>,
 }
 
 fn default_servo_damping() -> f64 {
     ServoDrive::DEFAULT_DAMPING_RATIO
 }
 
-impl From<DriveTable> for ServoDrive {
-    fn from(table: DriveTable) -> Self {
-        Self { bandwidth_hz: table.bandwidth_hz, damping_ratio: table.damping_ratio }
+impl DriveTable {
+    /// The linear servo; without a bandwidth the drive follows at once.
+    pub(super) fn servo(&self) -> Option<ServoDrive> {
+        let damping_ratio = self.damping_ratio;
+        self.bandwidth_hz.map(|bandwidth_hz| ServoDrive { bandwidth_hz, damping_ratio })
     }
-}
 
-impl From<&ServoDrive> for DriveTable {
-    fn from(drive: &ServoDrive) -> Self {
-        Self { bandwidth_hz: drive.bandwidth_hz, damping_ratio: drive.damping_ratio }
+    pub(super) fn limits(&self) -> DriveLimits {
+        let Self { dead_time_s, limit, acceleration_limit_m_s2, .. } = *self;
+        DriveLimits { dead_time_s, limit, acceleration_limit_m_s2 }
+    }
+
+    /// `None` for an ideal drive without limits.
+    pub(super) fn from_parts(servo: Option<&ServoDrive>, limits: &DriveLimits) -> Option<Self> {
+        let there = servo.is_some() || *limits != DriveLimits::default();
+        there.then(|| Self {
+            bandwidth_hz: servo.map(|servo| servo.bandwidth_hz),
+            damping_ratio: servo.map_or_else(default_servo_damping, |servo| servo.damping_ratio),
+            dead_time_s: limits.dead_time_s,
+            limit: limits.limit,
+            acceleration_limit_m_s2: limits.acceleration_limit_m_s2,
+        })
     }
 }
 

@@ -9,8 +9,8 @@ pub mod polynomial;
 use std::collections::BTreeMap;
 
 use stillbeam_plant::{
-    BeamDamping, BeamOnBase, BeamParameters, BeamSignal, Input, ModalModel, ModalOutput, Mode, Model,
-    Profile, Quantity,
+    BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Input, ModalModel, ModalOutput, Mode,
+    Model, Profile, Quantity, Setup,
 };
 
 pub const PAPER_BEAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/paper_beam.toml");
@@ -34,6 +34,7 @@ pub fn beam(width_m: Profile, thickness_m: Profile, modes: usize) -> BeamOnBase 
             thickness_m,
             modes,
             damping: BeamDamping::Ratios(vec![0.0; modes]),
+            fittings: BeamFittings::default(),
         },
         base_mass_kg: 2.5,
         base_viscous_n_s_m: 0.0,
@@ -41,6 +42,7 @@ pub fn beam(width_m: Profile, thickness_m: Profile, modes: usize) -> BeamOnBase 
         input: Some(Input::new("setpoint_m")),
         outputs: vec![BeamSignal::TipDeflection, BeamSignal::BasePosition],
         fixed: BTreeMap::new(),
+        setup: Setup::default(),
     }
 }
 
@@ -56,6 +58,7 @@ pub fn modal(modes: Vec<Mode>, input: &str, output: &str, quantity: Quantity) ->
         input: Some(Input::new(input)),
         outputs: vec![ModalOutput { column: output.to_owned(), quantity }],
         fixed: BTreeMap::new(),
+        setup: Setup::default(),
     }
 }
 

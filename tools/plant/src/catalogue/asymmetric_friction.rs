@@ -1,0 +1,71 @@
+//! Friction that differs with the direction.
+
+use super::dry::dry_force;
+use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+
+/// `asymmetric_friction`.
+pub struct AsymmetricFriction;
+
+impl Law for AsymmetricFriction {
+    fn id(&self) -> &'static str {
+        "asymmetric_friction"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "Friction that differs with the direction, dry and viscous: strokes there and back need different forces, and even orders appear."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Base, Place::Beam, Place::Part]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] = &[
+            ParameterSpec::size(
+                "force_forward",
+                "{F}",
+                "dry friction against motion in the positive direction",
+            ),
+            ParameterSpec::size(
+                "force_backward",
+                "{F}",
+                "dry friction against motion in the negative direction",
+            ),
+            ParameterSpec::size("viscous_forward", "{F}·s/{z}", "viscous friction in the positive direction"),
+            ParameterSpec::size(
+                "viscous_backward",
+                "{F}·s/{z}",
+                "viscous friction in the negative direction",
+            ),
+        ];
+        PARAMETERS
+    }
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Force(Box::new(Asymmetric {
+            dry: [given.get("force_backward"), given.get("force_forward")],
+            viscous: [given.get("viscous_backward"), given.get("viscous_forward")],
+        }))
+    }
+}
+
+/// Backward, forward.
+struct Asymmetric {
+    dry: [f64; 2],
+    viscous: [f64; 2],
+}
+
+impl ForceLaw for Asymmetric {
+    fn force(&self, step: &Step) -> f64 {
+        let side = |direction: f64| usize::from(direction > 0.0);
+        dry_force(
+            step,
+            |direction, speed| self.dry[side(direction)] + self.viscous[side(direction)] * speed,
+            |direction| self.dry[side(direction)],
+        )
+    }
+}

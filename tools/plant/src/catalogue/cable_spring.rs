@@ -1,0 +1,45 @@
+//! A cable that pulls.
+
+use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+
+/// `cable_spring`.
+pub struct CableSpring;
+
+impl Law for CableSpring {
+    fn id(&self) -> &'static str {
+        "cable_spring"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "A cable or hose that pulls like a weak spring towards where it was laid: the base creeps back, and slow motions need a force in proportion to position."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Base, Place::Part]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] = &[
+            ParameterSpec::signed("stiffness", "{F}/{z}", "force per displacement"),
+            ParameterSpec::signed("rest_position", "{z}", "where it does not pull"),
+        ];
+        PARAMETERS
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Force(Box::new(Cable { stiffness: given.get("stiffness"), rest: given.get("rest_position") }))
+    }
+}
+
+struct Cable {
+    stiffness: f64,
+    rest: f64,
+}
+
+impl ForceLaw for Cable {
+    fn force(&self, step: &Step) -> f64 {
+        // The mean of both ends is linear in the force.
+        let mean = 0.5 * (step.z + step.z_free) - self.rest;
+        -self.stiffness * mean / (1.0 + 0.5 * self.stiffness * step.z_gain)
+    }
+}

@@ -1,0 +1,54 @@
+//! Stick and slip: what all dry friction laws share.
+
+use super::law::Step;
+
+/// Mean force over a step of friction that opposes sliding with `kinetic(direction, speed)` and holds at rest up to
+/// `holding(direction)`, the direction being that of the motion it prevents, ±1.
+///
+/// Set-valued and implicit, without any smoothing of the sign: a body that friction can hold has exactly no velocity at
+/// the step's end. A reversal inside the step is placed where the velocity, taken as a straight line, crosses zero;
+/// what follows is sticking or sliding the other way, and the mean of both parts is the force. The error is of second
+/// order in the step.
+pub(super) fn dry_force(step: &Step, kinetic: impl Fn(f64, f64) -> f64, holding: impl Fn(f64) -> f64) -> f64 {
+    if step.v_gain <= 0.0 {
+        return 0.0;
+    }
+    let to_rest = -step.v_free / step.v_gain;
+    let at_rest = step.v.abs() <= 1e-9 * step.v_gain * holding(step.v.signum());
+    if at_rest {
+        let direction = step.v_free.signum();
+        if to_rest.abs() <= holding(direction) {
+            return to_rest;
+        }
+        return sliding(step, direction, 0.0, &kinetic);
+    }
+    let direction = step.v.signum();
+    let slid = sliding(step, direction, step.v.abs(), &kinetic);
+    let end = step.v_end(slid);
+    if end * direction >= 0.0 {
+        return slid;
+    }
+    // It comes to rest inside the step.
+    let moving = step.v / (step.v - end);
+    let drift = step.v_free - step.v;
+    let onwards = drift.signum();
+    if onwards == direction || drift.abs() <= step.v_gain * holding(onwards) {
+        return to_rest;
+    }
+    let back = -onwards * kinetic(onwards, 0.0);
+    moving * slid + (1.0 - moving) * back
+}
+
+/// Sliding all through the step, the speed that the force depends on being the mean of both ends.
+fn sliding(step: &Step, direction: f64, speed: f64, kinetic: &impl Fn(f64, f64) -> f64) -> f64 {
+    let mut force = -direction * kinetic(direction, speed);
+    for _ in 0..8 {
+        let end = (direction * step.v_end(force)).max(0.0);
+        let next = -direction * kinetic(direction, 0.5 * (speed + end));
+        if (next - force).abs() <= 1e-12 * next.abs() {
+            return next;
+        }
+        force = next;
+    }
+    force
+}

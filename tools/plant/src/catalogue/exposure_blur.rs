@@ -1,0 +1,29 @@
+//! The blur of a long exposure.
+
+use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+
+/// `exposure_blur`.
+pub struct ExposureBlur;
+
+impl Law for ExposureBlur {
+    fn id(&self) -> &'static str {
+        "exposure_blur"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "A frame is the mean over its exposure, stamped at read-out: fast motions are weakened, sin(x)/x with x = pi f T, and late by half the exposure."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Sensor]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] = &[ParameterSpec::size("exposure", "s", "length of the mean")];
+        PARAMETERS
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Sensor(SensorAction::Exposure(given.get("exposure")))
+    }
+}

@@ -1,0 +1,58 @@
+//! A motor force that varies with place.
+
+use std::f64::consts::TAU;
+
+use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+
+/// `force_ripple`.
+pub struct ForceRipple;
+
+impl Law for ForceRipple {
+    fn id(&self) -> &'static str {
+        "force_ripple"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "The motor pushes with a force that varies with place, F (1 + r sin(2 pi z/P + phase)): harmonics that grow with the force and stand still in space."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Drive]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] = &[
+            ParameterSpec::size("ripple", "", "relative amplitude"),
+            ParameterSpec::scale("period", "{z}", 0.03, "length of a period"),
+            ParameterSpec {
+                lower: -7.0,
+                upper: 7.0,
+                ..ParameterSpec::signed("phase", "rad", "phase at displacement zero")
+            },
+        ];
+        PARAMETERS
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Force(Box::new(Ripple {
+            ripple: given.get("ripple"),
+            per_displacement: TAU / given.get("period"),
+            phase: given.get("phase"),
+        }))
+    }
+}
+
+struct Ripple {
+    ripple: f64,
+    per_displacement: f64,
+    phase: f64,
+}
+
+impl ForceLaw for Ripple {
+    fn force(&self, step: &Step) -> f64 {
+        step.settle(|force| {
+            let middle = 0.5 * (step.z + step.z_end(force));
+            self.ripple * step.effort * (self.per_displacement * middle + self.phase).sin()
+        })
+    }
+}

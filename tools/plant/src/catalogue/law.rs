@@ -1,0 +1,268 @@
+//! What a law of the catalogue is.
+
+use std::collections::BTreeMap;
+
+use crate::model::{InvalidParameter, Model};
+use crate::modes::Mode;
+
+/// Where a law may sit. Which names that means depends on the kind of model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// The base of a beam.
+    Base,
+    /// The beam: `beam` (tip against base) or `tip` (tip against ground).
+    Beam,
+    /// A body, a pair of bodies or a mode of a model that has neither base nor beam.
+    Part,
+    /// Between the recorded input and the plant.
+    Drive,
+    /// Between the plant and a recorded output.
+    Sensor,
+    /// Outside: a force or a change that comes with time.
+    Environment,
+}
+
+/// One parameter of a law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ParameterSpec {
+    /// Its name in a model file.
+    pub name: &'static str,
+    /// Its unit, with `{F}` for the force at the law's place, `{z}` for the displacement there, `{u}` for the model's
+    /// input and `{y}` for the output; empty for a pure number.
+    pub unit: &'static str,
+    /// Least value.
+    pub lower: f64,
+    /// Greatest value; may be infinite.
+    pub upper: f64,
+    /// Value when a model file gives none.
+    pub default: f64,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+impl ParameterSpec {
+    /// A parameter from 0 up, 0 (no effect) by default.
+    pub(super) const fn size(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        Self { name, unit, lower: 0.0, upper: f64::INFINITY, default: 0.0, meaning }
+    }
+
+    /// A parameter of either sign, 0 (no effect) by default.
+    pub(super) const fn signed(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
+        Self { name, unit, lower: f64::NEG_INFINITY, upper: f64::INFINITY, default: 0.0, meaning }
+    }
+
+    /// A scale that must be above 0.
+    pub(super) const fn scale(
+        name: &'static str,
+        unit: &'static str,
+        default: f64,
+        meaning: &'static str,
+    ) -> Self {
+        Self { name, unit, lower: 1e-12, upper: f64::INFINITY, default, meaning }
+    }
+}
+
+/// What a law is given when it is put to work.
+pub struct Given<'a> {
+    pub(super) values: &'a BTreeMap<String, f64>,
+    pub(super) parameters: &'static [ParameterSpec],
+    /// Stiffness that the linear model has at the law's place.
+    pub stiffness: f64,
+    /// Whether the model's input is a motion.
+    pub input_is_motion: bool,
+}
+
+impl Given<'_> {
+    /// Value of a parameter, or its default.
+    pub fn get(&self, name: &str) -> f64 {
+        let default = || self.parameters.iter().find(|parameter| parameter.name == name);
+        self.values.get(name).copied().or_else(|| default().map(|spec| spec.default)).unwrap_or(f64::NAN)
+    }
+}
+
+/// What a law does, once it has a place and parameters.
+pub enum Action {
+    /// A force at an injection point.
+    Force(Box<dyn ForceLaw>),
+    /// Acts on the input before the drive.
+    Signal(Box<dyn SignalLaw>),
+    /// Acts on the motion of the base, behind the drive.
+    Motion(Box<dyn SignalLaw>),
+    /// Acts on an output.
+    Sensor(SensorAction),
+    /// Linear: the model itself is another one.
+    Structure(Structure),
+}
+
+/// A change of the linear model.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Structure {
+    /// A further mode, driven as the others are.
+    Mode(Mode),
+    /// A further mass at the tip, kg.
+    TipMass(f64),
+    /// The clamp turns by this much more, rad/(N·m).
+    ClampCompliance(f64),
+}
+
+/// What happens to an output on its way into a recording. The stages act in this order, whatever the file's order is:
+/// optics, exposure, timing, electronics.
+pub enum SensorAction {
+    /// `(reading, base position or input) → reading`, at every instant.
+    Optics(Box<dyn Fn(f64, f64) -> f64>),
+    /// The reading is the mean over this many seconds up to read-out.
+    Exposure(f64),
+    /// A reading stamped `t` shows the time `t · scale − delay_s`.
+    Timing {
+        /// Scale of the sensor's clock.
+        scale: f64,
+        /// Delay in seconds.
+        delay_s: f64,
+    },
+    /// On the number that is read out.
+    Electronics(Box<dyn Fn(f64) -> f64>),
+}
+
+/// A law of the catalogue. Adding one is adding a file with an implementation and a line in the registry.
+pub trait Law: Sync {
+    /// Its id in model files and reports.
+    fn id(&self) -> &'static str;
+
+    /// One sentence: what it is and how it is recognised.
+    fn sentence(&self) -> &'static str;
+
+    /// Where it may sit.
+    fn places(&self) -> &'static [Place];
+
+    /// Its parameters.
+    fn parameters(&self) -> &'static [ParameterSpec];
+
+    /// Whether it takes energy out of the motion and never puts any in.
+    fn is_dissipative(&self) -> bool {
+        false
+    }
+
+    /// The same, put to work.
+    fn action(&self, given: &Given<'_>) -> Action;
+
+    /// What speaks against it at a place of this model, besides [`Law::places`]: a reason and a remedy.
+    fn objection(&self, model: &Model, location: &str) -> Option<&'static str> {
+        let _ = (model, location);
+        None
+    }
+
+    /// Checks parameters against each other.
+    ///
+    /// # Errors
+    /// The first [`InvalidParameter`].
+    fn check(&self, given: &Given<'_>) -> Result<(), InvalidParameter> {
+        let _ = given;
+        Ok(())
+    }
+}
+
+/// One step as a law at one place sees it. At its end displacement and velocity depend on the mean force `f` as
+/// `z = z_free + z_gain f` and `v = v_free + v_gain f`, exactly.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Step {
+    /// Time at the step's start, seconds.
+    pub time_s: f64,
+    /// Its length in seconds.
+    pub step_s: f64,
+    /// Displacement at the start.
+    pub z: f64,
+    /// Velocity at the start.
+    pub v: f64,
+    /// Displacement at the end without force.
+    pub z_free: f64,
+    /// Velocity at the end without force.
+    pub v_free: f64,
+    /// Displacement at the end per force.
+    pub z_gain: f64,
+    /// Velocity at the end per force.
+    pub v_gain: f64,
+    /// Force that the drive exerts, mean over the step.
+    pub effort: f64,
+}
+
+impl Step {
+    /// Displacement at the end.
+    pub fn z_end(&self, force: f64) -> f64 {
+        self.z_free + self.z_gain * force
+    }
+
+    /// Velocity at the end.
+    pub fn v_end(&self, force: f64) -> f64 {
+        self.v_free + self.v_gain * force
+    }
+
+    /// Mean velocity during the step.
+    pub fn v_mean(&self, force: f64) -> f64 {
+        (self.z_end(force) - self.z) / self.step_s
+    }
+
+    /// Solves `f = law(f)`: the force and the motion that it makes agree. The gain is of order `h²`, so that a few
+    /// steps of the secant method settle it; a law so stiff that they do not is bisected.
+    pub fn settle(&self, law: impl Fn(f64) -> f64) -> f64 {
+        let excess = |force: f64| force - law(force);
+        let (mut a, mut at_a) = (0.0, excess(0.0));
+        if at_a == 0.0 {
+            return a;
+        }
+        let mut b = -at_a;
+        let mut at_b = excess(b);
+        for _ in 0..12 {
+            let close = 1e-13 * (a.abs() + b.abs());
+            if at_b.abs() <= close || at_b == at_a {
+                return b;
+            }
+            let next = b - at_b * (b - a) / (at_b - at_a);
+            if !next.is_finite() {
+                break;
+            }
+            (a, at_a) = (b, at_b);
+            b = next;
+            at_b = excess(b);
+            if (b - a).abs() <= close {
+                return b;
+            }
+        }
+        bisect(excess, at_b.abs().max(b.abs()).max(1e-300))
+    }
+}
+
+/// Root of a function that grows with its argument, sought from 0 outwards.
+fn bisect(excess: impl Fn(f64) -> f64, mut reach: f64) -> f64 {
+    for _ in 0..200 {
+        if excess(-reach) <= 0.0 && excess(reach) >= 0.0 {
+            break;
+        }
+        reach *= 2.0;
+    }
+    let (mut low, mut high) = (-reach, reach);
+    for _ in 0..200 {
+        let middle = 0.5 * (low + high);
+        if middle <= low || middle >= high {
+            break;
+        }
+        if excess(middle) > 0.0 { high = middle } else { low = middle }
+    }
+    0.5 * (low + high)
+}
+
+/// A force as a function of what moves, possibly with memory.
+pub trait ForceLaw {
+    /// Mean force over the step, consistent with the motion that it makes. May be asked several times for the same step.
+    fn force(&self, step: &Step) -> f64;
+
+    /// The step has been made with this mean force: remembers what is to be remembered.
+    fn made(&mut self, step: &Step, force: f64) {
+        let _ = (step, force);
+    }
+}
+
+/// What happens to a signal on its way, sample by sample in the order of time.
+pub trait SignalLaw {
+    /// The signal behind it at `time_s`, which never decreases; the same time twice is a jump.
+    fn pass(&mut self, time_s: f64, value: f64) -> f64;
+}

@@ -1,0 +1,59 @@
+//! A periodic force from outside.
+
+use std::f64::consts::TAU;
+
+use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+
+/// `periodic_disturbance`.
+pub struct PeriodicDisturbance;
+
+impl Law for PeriodicDisturbance {
+    fn id(&self) -> &'static str {
+        "periodic_disturbance"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "Something else shakes the plant with a frequency of its own, A sin(2 pi f t + phase): a line in the residual that follows no order of the command."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Environment]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] = &[
+            ParameterSpec::size("force", "{F}", "amplitude"),
+            ParameterSpec::scale("frequency", "Hz", 10.0, "its frequency"),
+            ParameterSpec {
+                lower: -7.0,
+                upper: 7.0,
+                ..ParameterSpec::signed("phase", "rad", "phase at time zero")
+            },
+        ];
+        PARAMETERS
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Force(Box::new(Shaker {
+            force: given.get("force"),
+            omega_rad_s: TAU * given.get("frequency"),
+            phase: given.get("phase"),
+        }))
+    }
+}
+
+struct Shaker {
+    force: f64,
+    omega_rad_s: f64,
+    phase: f64,
+}
+
+impl ForceLaw for Shaker {
+    fn force(&self, step: &Step) -> f64 {
+        let half = 0.5 * self.omega_rad_s * step.step_s;
+        let middle = self.omega_rad_s * (step.time_s + 0.5 * step.step_s) + self.phase;
+        // Mean of the sine over the step.
+        let share = if half.abs() < 1e-6 { 1.0 } else { half.sin() / half };
+        self.force * middle.sin() * share
+    }
+}

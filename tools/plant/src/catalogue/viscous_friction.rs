@@ -1,0 +1,46 @@
+//! Viscous friction.
+
+use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+
+/// `viscous_friction`.
+pub struct ViscousFriction;
+
+impl Law for ViscousFriction {
+    fn id(&self) -> &'static str {
+        "viscous_friction"
+    }
+
+    fn sentence(&self) -> &'static str {
+        "Friction in proportion to velocity that the model has no parameter for: damping independent of amplitude."
+    }
+
+    fn places(&self) -> &'static [Place] {
+        &[Place::Base, Place::Beam, Place::Part]
+    }
+
+    fn parameters(&self) -> &'static [ParameterSpec] {
+        const PARAMETERS: &[ParameterSpec] =
+            &[ParameterSpec::size("damping", "{F}·s/{z}", "force per velocity")];
+        PARAMETERS
+    }
+
+    fn is_dissipative(&self) -> bool {
+        true
+    }
+
+    fn action(&self, given: &Given<'_>) -> Action {
+        Action::Force(Box::new(Viscous { damping: given.get("damping") }))
+    }
+}
+
+struct Viscous {
+    damping: f64,
+}
+
+impl ForceLaw for Viscous {
+    fn force(&self, step: &Step) -> f64 {
+        // The mean velocity is linear in the force.
+        let per_force = self.damping / step.step_s * step.z_gain;
+        -self.damping * step.v_mean(0.0) / (1.0 + per_force)
+    }
+}

@@ -73,6 +73,7 @@ fn velocities_are_the_derivatives_of_displacements() {
             let trace = space.run(&time_s, &input, Hold::FirstOrder, &[series], &rest).unwrap();
             for (z, v) in trace.displacements.iter().zip(&trace.velocities) {
                 let differences: Vec<f64> = z.windows(3).map(|w| (w[2] - w[0]) * 1000.0).collect();
+                let error = worst(&differences, &v[1..2000]);
                 // Under straight-line base motion the velocity after a stamp is read: half a step of the base's
                 // acceleration, at most 0.5 m/s² here, late.
                 let late = if model.input_is_motion() { 0.5 * 0.5 / 2000.0 * 1.1 } else { 0.0 };

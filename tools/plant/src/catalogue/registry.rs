@@ -111,8 +111,8 @@ pub fn find(model: &Model, physics: &Physics) -> Result<&'static dyn Law, Invali
     }
     match refused {
         Some(remedy) => {
-            let (law, found) = (physics.id.clone(), physics.location.clone());
-            Err(InvalidParameter::new("location", Problem::LawPlace { law, found, remedy }))
+            let what = format!("{} cannot sit at \"{}\"", physics.id, physics.location);
+            Err(InvalidParameter::new("location", Problem::LawPlace { what, remedy }))
         }
         None => {
             let mut allowed: Vec<String> = laws().iter().map(|law| law.id().to_owned()).collect();
@@ -225,9 +225,9 @@ fn check_one(model: &Model, physics: &Physics) -> Result<(), InvalidParameter> {
     if let Some(on) = &physics.on {
         let place = place_of(model, on);
         if !matches!(place, Some(Place::Base | Place::Beam | Place::Part)) {
-            let (law, found) = (physics.id.clone(), on.clone());
+            let what = format!("{} cannot act on \"{on}\"", physics.id);
             let remedy = format!("this model has the places {}", model.locations().join(", "));
-            return Err(InvalidParameter::new("on", Problem::LawPlace { law, found, remedy }));
+            return Err(InvalidParameter::new("on", Problem::LawPlace { what, remedy }));
         }
     }
     let specs = parameters_of(model, law, &physics.location);

@@ -213,12 +213,10 @@ pub enum Problem {
         allowed: Vec<String>,
     },
     /// A law at a place where it cannot act.
-    #[error("{law} cannot sit at \"{found}\" of this model; {remedy}")]
+    #[error("{what} of this model; {remedy}")]
     LawPlace {
-        /// The law.
-        law: String,
-        /// The place given.
-        found: String,
+        /// Which law cannot sit where.
+        what: String,
         /// What to do instead.
         remedy: String,
     },

@@ -120,7 +120,7 @@ impl LumpedModel {
     /// The first [`InvalidParameter`] found.
     pub fn check(&self) -> Result<(), InvalidParameter> {
         self.check_bodies()?;
-        check_connections("spring", &self.springs, &self.bodies, |key, value| finite(key, value))?;
+        check_connections("spring", &self.springs, &self.bodies, finite)?;
         check_connections("damper", &self.dampers, &self.bodies, |key, value| {
             super::invalid::not_negative(key, value)
         })?;

@@ -68,14 +68,6 @@ impl BaseMotion {
         if self.has_servo { 2 + 2 * index } else { 2 * index }
     }
 
-    pub(crate) fn has_servo(&self) -> bool {
-        self.has_servo
-    }
-
-    pub(crate) fn system(&self) -> &LinearSystem {
-        &self.system
-    }
-
     /// A row of nothing yet.
     pub(crate) fn row(&self) -> Row {
         Row::zero(self.system.value.len())

@@ -5,6 +5,7 @@
 //! | arguments become work, one file per subcommand | [`commands`] |
 //! | a board is anything that speaks the console protocol over bytes | [`board`] |
 //! | the main job, from a sweep to a still beam | [`demo`] |
+//! | the paper's tables and figures, made again | [`paper`] |
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
 //! | a move of the base, simulated and judged | [`base_move`] |
 //! | which columns, and the files that modes go into | [`identification`] |
@@ -21,6 +22,7 @@ pub mod demo;
 pub mod error;
 pub mod identification;
 pub mod outputs;
+pub mod paper;
 pub mod reading;
 pub mod report;
 pub mod streams;

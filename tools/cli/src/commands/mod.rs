@@ -6,6 +6,7 @@ pub mod demo;
 pub mod flash;
 pub mod identify;
 pub mod model;
+pub mod paper;
 pub mod record;
 pub mod shape;
 pub mod simulate;
@@ -44,6 +45,7 @@ enum Command {
     Record(record::RecordArgs),
     Flash(flash::FlashArgs),
     Demo(demo::DemoArgs),
+    Paper(paper::PaperArgs),
 }
 
 impl Cli {
@@ -62,6 +64,7 @@ impl Cli {
             Command::Record(args) => args.run(streams),
             Command::Flash(args) => args.run(streams),
             Command::Demo(args) => args.run(streams),
+            Command::Paper(args) => args.run(streams),
         }
     }
 }

@@ -4,5 +4,6 @@ pub mod demo_page;
 pub mod frequency_response;
 pub mod identify_page;
 pub mod page;
+pub mod paper_page;
 pub mod plot;
 pub mod shape_page;

@@ -1,20 +1,24 @@
 //! The tick: all that the interrupt does.
 //!
 //! ```text
-//! request ─▶ motion plan ─▶ command ─▶ shaping ─▶ setpoint ─▶ DAC code
-//!                                          └────▶ status, telemetry
+//! request ─▶ motion plan ─▶ command ─▶ shaping ─▶ guard ─▶ setpoint ─▶ DAC code, steps
+//! inputs ──▶ faults ────────────┴──────────────────┘  └────▶ status, telemetry
 //! ```
+//!
+//! A fault puts the command where the setpoint is and holds the setpoint there ([`crate::fault`]).
 //!
 //! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a
 //! lock-free queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
 use heapless::spsc::{Consumer, Producer};
 
+use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{MovePlan, StopPlan, SweepPlan};
-use crate::servo::{AnalogScale, DacCode};
+use crate::servo::pulses::StepTrain;
+use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseScale, Pulses};
 use crate::shaper::{Cascade, Shaping};
-use crate::telemetry::{Activity, Sample, Status};
+use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
 
 /// What the console asks of the interrupt.
@@ -28,18 +32,51 @@ pub enum Request<'m> {
     Stop,
     /// Shape with this cascade from now on.
     Shape(Cascade<'m>),
-    /// Brake and scale like this from now on.
-    Configure {
-        /// For later stops.
-        braking: Braking,
-        /// For the analog output.
-        analog: AnalogScale,
-    },
+    /// Brake, guard and put out like this from now on.
+    Configure(Setup),
+    /// Hold the setpoint and disable the drive at once.
+    Emergency,
+    /// Go on after a fault, if the setpoint has settled.
+    Clear,
+    /// The machine is where the setpoint is: count the encoder from there.
+    ReferenceEncoder,
     /// Stream every so-many-th tick; zero stops the stream.
     Stream {
         /// Ticks per sample.
         decimation: u32,
     },
+}
+
+/// What the settings make of the tick, ready for one tick rate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setup {
+    /// For later stops.
+    pub braking: Braking,
+    /// The travel.
+    pub guard: TravelGuard,
+    /// What faults do.
+    pub reactions: Reactions,
+    /// The analog output.
+    pub analog: AnalogOutput,
+    /// The step pulses, if any.
+    pub pulses: Option<PulseScale>,
+    /// The encoder, if there is one.
+    pub encoder: Option<EncoderScale>,
+}
+
+/// What one tick is told by the hardware.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// The encoder's counter.
+    pub encoder_counter: u16,
+    /// Whether the emergency input is active, or was since the last tick.
+    pub emergency: bool,
+    /// Ticks that the timer counted and nobody ran since the last one.
+    pub missed_ticks: u16,
+    /// Whether the step output still makes the steps of an earlier tick.
+    pub pulses_busy: bool,
+    /// Whether the last tick ended after this one was due.
+    pub late: bool,
 }
 
 /// What one tick puts out.
@@ -49,6 +86,12 @@ pub struct TickOutput {
     pub setpoint: Nanometres,
     /// The same for the analog output.
     pub analog: DacCode,
+    /// Steps to make in this tick, the sign being the direction; 0 without step pulses.
+    pub steps: i16,
+    /// Counts of the pulse timer per step; 0 for no steps.
+    pub step_period: u16,
+    /// Whether the drive may run.
+    pub drive_enabled: bool,
     /// Whether a telemetry sample was queued, so that somebody should be woken to send it.
     pub sample_queued: bool,
 }
@@ -61,6 +104,8 @@ pub struct Links<'m> {
     pub retired: Producer<'m, &'m mut [i32]>,
     /// Samples on their way to the serial port.
     pub samples: Producer<'m, Sample>,
+    /// Events on their way to the console.
+    pub events: Producer<'m, EventRecord>,
     /// The newest values.
     pub status: &'m Status,
 }
@@ -70,11 +115,18 @@ pub struct Controller<'m> {
     links: Links<'m>,
     shaping: Shaping<'m>,
     motion: Motion,
-    braking: Braking,
-    analog: AnalogScale,
+    setup: Setup,
+    pulses: Option<Pulses>,
+    encoder: Option<Encoder>,
+    /// The encoder's counter in the last tick.
+    encoder_counter: u16,
+    latch: Latch,
+    /// Conditions that were there in the last tick, so that each is an event once.
+    conditions: Conditions,
     command: Nanometres,
     /// The command of the tick before.
     previous: Nanometres,
+    setpoint: Nanometres,
     /// Ticks since the command last changed, up to the longest shaper.
     quiet_ticks: u32,
     tick: u32,
@@ -89,6 +141,15 @@ enum Motion {
     Stop(StopPlan),
 }
 
+/// What was wrong in the last tick.
+#[derive(Clone, Copy, Debug, Default)]
+struct Conditions {
+    emergency: bool,
+    encoder: bool,
+    limit: bool,
+    clamp: bool,
+}
+
 #[derive(Debug, Default)]
 struct Stream {
     decimation: u32,
@@ -98,34 +159,70 @@ struct Stream {
 
 impl<'m> Controller<'m> {
     /// A controller at rest at zero.
-    pub fn new(links: Links<'m>, cascade: Cascade<'m>, braking: Braking, analog: AnalogScale) -> Self {
+    pub fn new(links: Links<'m>, cascade: Cascade<'m>, setup: Setup) -> Self {
+        let zero = Nanometres(0);
         Self {
             links,
-            shaping: Shaping::at_rest(cascade, Nanometres(0)),
+            shaping: Shaping::at_rest(cascade, zero),
             motion: Motion::Hold,
-            braking,
-            analog,
-            command: Nanometres(0),
-            previous: Nanometres(0),
+            pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
+            encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
+            setup,
+            encoder_counter: 0,
+            latch: Latch::default(),
+            conditions: Conditions::default(),
+            command: zero,
+            previous: zero,
+            setpoint: zero,
             quiet_ticks: u32::MAX,
             tick: 0,
             stream: Stream::default(),
         }
     }
 
+    /// Starts in [`Fault::Restart`]: after a crash nothing moves before a person says so.
+    pub fn hold_after_crash(&mut self) {
+        self.latch.trip(Fault::Restart, self.setup.reactions);
+        // Known before the first tick.
+        self.publish(None);
+    }
+
+    fn publish(&self, encoder: Option<Nanometres>) -> Flags {
+        let flags = self.flags();
+        self.links.status.publish(self.activity(), self.tick, self.command, self.setpoint);
+        self.links.status.publish_faults(self.latch.fault(), flags, encoder);
+        flags
+    }
+
     /// One tick of the control loop.
     #[inline]
-    pub fn tick(&mut self) -> TickOutput {
+    pub fn tick(&mut self, inputs: Inputs) -> TickOutput {
         if let Some(request) = self.links.requests.dequeue() {
             self.accept(request);
         }
+        let encoder = self.observe(inputs);
         self.advance_command();
-        let (setpoint, retired) = self.shaping.step(self.command);
+        let (shaped, retired) = self.shaping.step(self.command);
         self.give_back(retired);
-        self.links.status.publish(self.activity(), self.tick, self.command, setpoint);
-        let sample_queued = self.offer_sample(setpoint);
+        let before = self.setpoint;
+        self.setpoint = self.guarded(shaped);
+        let analog = self.setup.analog.code(self.setpoint, before);
+        let train = match &mut self.pulses {
+            Some(pulses) => pulses.step(self.setpoint, inputs.pulses_busy),
+            None => StepTrain::default(),
+        };
+        self.note_clamping(analog.clamped || train.behind);
+        let flags = self.publish(encoder);
+        let sample_queued = self.offer_sample(encoder, flags);
         self.tick = self.tick.wrapping_add(1);
-        TickOutput { setpoint, analog: self.analog.code(setpoint), sample_queued }
+        TickOutput {
+            setpoint: self.setpoint,
+            analog: analog.code,
+            steps: train.steps,
+            step_period: train.period,
+            drive_enabled: !self.latch.drive_disabled(),
+            sample_queued,
+        }
     }
 
     fn give_back(&mut self, history: Option<&'m mut [i32]>) {
@@ -137,11 +234,14 @@ impl<'m> Controller<'m> {
 
     fn accept(&mut self, request: Request<'m>) {
         match request {
+            // Planned from rest, which a fault has ended since.
+            Request::Move(_) | Request::Sweep(_) if self.latch.fault().is_some() => {}
             Request::Move(plan) => self.motion = Motion::Move(plan),
             Request::Sweep(plan) => self.motion = Motion::Sweep(plan),
             Request::Stop => {
                 if !matches!(self.motion, Motion::Hold | Motion::Stop(_)) {
-                    self.motion = Motion::Stop(StopPlan::new(self.previous, self.command, self.braking));
+                    self.motion =
+                        Motion::Stop(StopPlan::new(self.previous, self.command, self.setup.braking));
                 }
             }
             Request::Shape(cascade) => {
@@ -153,12 +253,126 @@ impl<'m> Controller<'m> {
                 };
                 self.give_back(replaced);
             }
-            Request::Configure { braking, analog } => {
-                self.braking = braking;
-                self.analog = analog;
+            Request::Configure(setup) => self.configure(setup),
+            Request::Emergency => {
+                self.note(Event::Emergency, 0);
+                self.trip(Fault::Emergency);
+            }
+            Request::Clear => {
+                if self.latch.fault().is_some() && self.shaping.is_settled(self.quiet_ticks) {
+                    self.latch.clear();
+                    self.note(Event::Cleared, 0);
+                }
+            }
+            Request::ReferenceEncoder => {
+                if let Some(encoder) = &mut self.encoder {
+                    encoder.set_reference(self.setpoint);
+                }
             }
             Request::Stream { decimation } => self.stream = Stream { decimation, ..Stream::default() },
         }
+    }
+
+    /// Outputs and encoder go on from the setpoint, without a step, where their scale has changed.
+    fn configure(&mut self, setup: Setup) {
+        if setup.pulses != self.setup.pulses {
+            self.pulses = setup.pulses.map(|scale| Pulses::new(scale, self.setpoint));
+        }
+        if setup.encoder != self.setup.encoder {
+            let (counter, at) = (self.encoder_counter, self.setpoint);
+            self.encoder = setup.encoder.map(|scale| Encoder::new(scale, counter, at));
+        }
+        self.setup = setup;
+    }
+
+    /// Looks at the inputs and stops the machine where they say so. Returns where the encoder says it is.
+    fn observe(&mut self, inputs: Inputs) -> Option<Nanometres> {
+        if inputs.missed_ticks != 0 {
+            self.note(Event::MissedTick, i32::from(inputs.missed_ticks));
+            // At rest nothing was missed: the setpoint would not have moved.
+            if !self.is_at_rest() {
+                self.trip(Fault::MissedTick);
+            }
+        }
+        if inputs.late {
+            self.note(Event::LateTick, 0);
+        }
+        if inputs.emergency {
+            if !self.conditions.emergency {
+                self.note(Event::Emergency, 1);
+            }
+            self.trip(Fault::Emergency);
+        }
+        self.conditions.emergency = inputs.emergency;
+        self.encoder_counter = inputs.encoder_counter;
+        let setpoint = self.setpoint;
+        let encoder = self.encoder.as_mut()?;
+        let position = encoder.update(inputs.encoder_counter);
+        let off = encoder.is_off(position, setpoint);
+        if off {
+            if !self.conditions.encoder {
+                self.note(Event::Encoder, position.0.wrapping_sub(setpoint.0));
+            }
+            self.trip(Fault::Encoder);
+        }
+        self.conditions.encoder = off;
+        Some(position)
+    }
+
+    /// The setpoint that may go out.
+    fn guarded(&mut self, shaped: Nanometres) -> Nanometres {
+        if self.latch.fault().is_some() {
+            return self.setpoint;
+        }
+        let forbidden = self.setup.guard.forbids(self.setpoint, shaped);
+        if forbidden {
+            if !self.conditions.limit {
+                self.note(Event::Limit, shaped.0);
+            }
+            self.trip(Fault::Limit);
+        }
+        self.conditions.limit = forbidden;
+        if forbidden { self.setpoint } else { shaped }
+    }
+
+    /// Reacts to a fault: unless it is only reported, the motion ends where the setpoint is.
+    fn trip(&mut self, fault: Fault) {
+        let before = self.latch.fault();
+        self.latch.trip(fault, self.setup.reactions);
+        if before.is_none() && self.latch.fault().is_some() {
+            self.motion = Motion::Hold;
+            self.command = self.setpoint;
+            self.quiet_ticks = 0;
+        }
+    }
+
+    fn note(&mut self, event: Event, value: i32) {
+        self.links.status.counters().add(event);
+        // Where the queue is full, the counter still tells.
+        let _counted = offer(&mut self.links.events, EventRecord { tick: self.tick, event, value });
+    }
+
+    fn note_clamping(&mut self, clamped: bool) {
+        if clamped && !self.conditions.clamp {
+            self.note(Event::Clamp, self.setpoint.0);
+        }
+        self.conditions.clamp = clamped;
+    }
+
+    fn flags(&self) -> Flags {
+        let bit = |set, flag: Flags| if set { flag.0 } else { 0 };
+        if self.latch.fault().is_none() && !self.conditions.encoder && !self.conditions.emergency {
+            return Flags::default();
+        }
+        let fault = self.latch.fault().is_some();
+        let settled = fault && self.shaping.is_settled(self.quiet_ticks);
+        Flags(
+            bit(fault, Flags::FAULT)
+                | bit(settled, Flags::SETTLED)
+                | bit(self.latch.drive_disabled(), Flags::DRIVE_DISABLED)
+                | bit(self.conditions.emergency, Flags::EMERGENCY_INPUT)
+                | bit(self.conditions.encoder, Flags::ENCODER_OFF),
+        )
     }
 
     fn advance_command(&mut self) {
@@ -181,8 +395,13 @@ impl<'m> Controller<'m> {
         }
     }
 
+    fn is_at_rest(&self) -> bool {
+        matches!(self.motion, Motion::Hold) && self.shaping.is_settled(self.quiet_ticks)
+    }
+
     fn activity(&self) -> Activity {
         match self.motion {
+            _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Move(_) => Activity::Moving,
             Motion::Sweep(_) => Activity::Sweeping,
             Motion::Stop(_) => Activity::Stopping,
@@ -191,7 +410,7 @@ impl<'m> Controller<'m> {
         }
     }
 
-    fn offer_sample(&mut self, setpoint: Nanometres) -> bool {
+    fn offer_sample(&mut self, encoder: Option<Nanometres>, flags: Flags) -> bool {
         let stream = &mut self.stream;
         if stream.decimation == 0 {
             return false;
@@ -201,11 +420,18 @@ impl<'m> Controller<'m> {
             return false;
         }
         stream.ticks_to_next = stream.decimation - 1;
-        let sample = Sample { sequence: stream.sequence, tick: self.tick, command: self.command, setpoint };
+        let sample = Sample {
+            sequence: stream.sequence,
+            tick: self.tick,
+            command: self.command,
+            setpoint: self.setpoint,
+            encoder,
+            flags,
+        };
         stream.sequence = stream.sequence.wrapping_add(1);
         let queued = offer(&mut self.links.samples, sample).is_ok();
         if !queued {
-            self.links.status.count_dropped();
+            self.links.status.counters().add(Event::SampleLost);
         }
         queued
     }

@@ -7,6 +7,9 @@
 //! - [`shaper`]: from a mode's frequency and damping ratio to integer taps, and the cascade that runs them.
 //! - [`motion`]: moves, sweeps and the controlled stop as functions of the tick.
 //! - [`servo`], [`telemetry`]: the two ways out.
+//! - [`fault`]: what can go wrong and what is done about it.
+//! - [`restart`]: why the firmware starts, and what a crash has left.
+//! - [`watchdog`]: when it may be fed, and how long it waits.
 //! - [`control`]: the tick, all that the interrupt does.
 //! - [`settings`]: what a person can set, with meaning, unit, range and default.
 //! - [`console`]: bytes in, replies out; stages settings and turns commands into requests to the tick.
@@ -17,13 +20,16 @@
 
 pub mod console;
 pub mod control;
+pub mod fault;
 pub mod machine;
 pub mod motion;
+pub mod restart;
 pub mod servo;
 pub mod settings;
 pub mod shaper;
 pub mod telemetry;
 pub mod units;
+pub mod watchdog;
 
 #[cfg(target_os = "none")]
 pub mod board;

@@ -4,6 +4,7 @@ use heapless::spsc::{Consumer, Queue};
 
 use crate::console::{Console, Identity};
 use crate::control::{Controller, Links, Request};
+use crate::fault::{EventLog, EventRecord, MAX_EVENTS};
 use crate::settings::Settings;
 use crate::shaper::{Cascade, ShaperTable};
 use crate::telemetry::{Sample, Status};
@@ -21,6 +22,9 @@ pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
 /// Samples that wait for the serial port: 64 ms at 4 kHz when every tick is streamed.
 const SAMPLE_QUEUE: usize = 256;
 
+/// A place of a queue stays empty.
+const EVENT_QUEUE: usize = MAX_EVENTS + 1;
+
 /// Requests that wait for the interrupt, which takes one per tick.
 const REQUEST_QUEUE: usize = 4;
 
@@ -29,6 +33,7 @@ pub struct Machine<'m> {
     requests: Queue<Request<'m>, REQUEST_QUEUE>,
     retired: Queue<&'m mut [i32], 3>,
     samples: Queue<Sample, SAMPLE_QUEUE>,
+    events: Queue<EventRecord, EVENT_QUEUE>,
     status: Status,
 }
 
@@ -45,7 +50,13 @@ pub struct Parts<'m> {
 impl<'m> Machine<'m> {
     /// Memory for one machine, without its histories.
     pub const fn new() -> Self {
-        Self { requests: Queue::new(), retired: Queue::new(), samples: Queue::new(), status: Status::new() }
+        Self {
+            requests: Queue::new(),
+            retired: Queue::new(),
+            samples: Queue::new(),
+            events: Queue::new(),
+            status: Status::new(),
+        }
     }
 
     /// Divides the machine, with default settings, no shaper and everything at rest at zero.
@@ -55,14 +66,28 @@ impl<'m> Machine<'m> {
         let (request_sender, request_receiver) = self.requests.split();
         let (retired_sender, retired_receiver) = self.retired.split();
         let (sample_sender, samples) = self.samples.split();
+        let (event_sender, events) = self.events.split();
         let status = &self.status;
-        let links =
-            Links { requests: request_receiver, retired: retired_sender, samples: sample_sender, status };
+        let links = Links {
+            requests: request_receiver,
+            retired: retired_sender,
+            samples: sample_sender,
+            events: event_sender,
+            status,
+        };
         let identity_table = ShaperTable::identity(settings.tick_rate());
         let cascade = Cascade::identity(live);
-        let controller = Controller::new(links, cascade, settings.braking(), settings.analog_scale());
-        let console =
-            Console::new(identity, settings, identity_table, spare, request_sender, retired_receiver, status);
+        let controller = Controller::new(links, cascade, settings.setup(settings.tick_rate()));
+        let console = Console::new(
+            identity,
+            settings,
+            identity_table,
+            spare,
+            request_sender,
+            retired_receiver,
+            EventLog::new(events),
+            status,
+        );
         Parts { controller, console, samples }
     }
 }

@@ -13,16 +13,21 @@ mod image {
     use embassy_futures::select::{Either, select};
     use embassy_futures::yield_now;
     use embassy_stm32::usart::BufferedUart;
-    use embedded_io_async::{Read, Write};
+    use embedded_io_async::Read;
     use heapless::String;
     use heapless::spsc::Consumer;
     use static_cell::ConstStaticCell;
     use stillbeam_firmware::board::flash::SettingsSectors;
-    use stillbeam_firmware::board::{self, clocks, core_coupled, executor, outputs, serial, tick_timer};
+    use stillbeam_firmware::board::{
+        self, clocks, core_coupled, crash, emergency_stop, encoder, executor, outputs, restart, serial,
+        tick_timer, watchdog,
+    };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
+    use stillbeam_firmware::fault::Event;
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
-    use stillbeam_firmware::settings::SettingsStore;
+    use stillbeam_firmware::settings::{DriveSettings, SettingsStore};
     use stillbeam_firmware::telemetry::Sample;
+    use stillbeam_firmware::watchdog::Patience;
     #[cfg(feature = "defmt")]
     use {defmt_rtt as _, panic_probe as _};
 
@@ -34,8 +39,11 @@ mod image {
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
+        let restart = restart::read();
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
+        encoder::configure();
+        emergency_stop::configure();
         tick_timer::configure();
         // Given away once, here.
         let Some(history) = core_coupled::take_history() else { executor::sleep() };
@@ -45,8 +53,14 @@ mod image {
         // Drive disabled and no tick yet: the time for whatever a power cut left to be done.
         let mut store = SettingsStore::new(SettingsSectors::new(peripherals.FLASH));
         let restored = parts.console.restore(block_on(store.load()));
+        if restart.must_hold() {
+            parts.controller.hold_after_crash();
+        }
+        parts.console.note_restart(restart);
+        board::follow(parts.console.settings().drive(), parts.console.tick_rate());
+        // From here on the tick says whether the drive is enabled.
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
-        outputs::set_drive_enabled(true);
+        watchdog::start();
         // The baud rate is a constant that the divider can make, so the port opens, and the one task there is
         // finds its place free.
         if let Ok(port) = port
@@ -67,15 +81,15 @@ mod image {
         mut samples: Consumer<'static, Sample>,
     ) {
         let (mut transmit, mut receive) = port.split();
-        let mut clocks_per_tick = console.clocks_per_tick();
+        let mut followed = Followed::by(&console);
         let mut text = String::<MAX_REPLY>::new();
         let mut received = [0; 32];
         console.greet(restored, &mut text);
         loop {
-            // Only a full buffer or a line that fails can make a write fail; there is nobody to tell.
-            let _best_effort = transmit.write_all(text.as_bytes()).await;
+            serial::send(&mut transmit, text.as_bytes()).await;
             text.clear();
-            let sample_waits = tick_timer::samples_waiting(|| samples.ready());
+            tick_timer::console_made_round();
+            let sample_waits = tick_timer::samples_or_heartbeat(|| samples.ready());
             match select(receive.read(&mut received), sample_waits).await {
                 Either::First(Ok(count)) => {
                     for byte in received.iter().take(count) {
@@ -83,27 +97,60 @@ mod image {
                         while console.has_waiting_request() {
                             yield_now().await;
                         }
-                        if let Some(Effect::Save(settings)) = console.take_effect() {
-                            // The driver waits in place, so this never yields; run here, its state is on the stack.
-                            console.saved(block_on(store.save(&settings)), &mut text);
+                        match console.take_effect() {
+                            None => {}
+                            Some(Effect::Save(settings)) => {
+                                watchdog::set_patience(Patience::SAVING);
+                                // The driver waits in place, so this never yields; run here, its state is on the stack.
+                                console.saved(block_on(store.save(&settings)), &mut text);
+                                watchdog::set_patience(Patience::NORMAL);
+                            }
+                            Some(Effect::ForgetCrash) => {
+                                crash::forget();
+                                console.crash_forgotten(&mut text);
+                            }
                         }
-                        let _best_effort = transmit.write_all(text.as_bytes()).await;
+                        followed.update(&console);
+                        serial::send(&mut transmit, text.as_bytes()).await;
                         text.clear();
-                    }
-                    if console.clocks_per_tick() != clocks_per_tick {
-                        clocks_per_tick = console.clocks_per_tick();
-                        tick_timer::set_clocks_per_tick(clocks_per_tick);
-                        log_rate(clocks_per_tick);
                     }
                 }
                 // A framing or overrun error: the line editor sees the gap as a wrong command at worst.
-                Either::First(Err(_)) => log_line_error(),
+                Either::First(Err(_)) => {
+                    console.note(Event::Line, 0);
+                    log_line_error();
+                }
                 Either::Second(()) => {
                     if let Some(sample) = samples.dequeue() {
                         let _fits = write!(text, "{sample}\r\n");
                     }
                 }
             }
+        }
+    }
+
+    /// What the hardware was last set up for.
+    struct Followed {
+        clocks_per_tick: u32,
+        drive: DriveSettings,
+    }
+
+    impl Followed {
+        fn by(console: &Console<'_>) -> Self {
+            Self { clocks_per_tick: console.clocks_per_tick(), drive: *console.settings().drive() }
+        }
+
+        /// Sets the hardware up anew where a command has changed what it depends on.
+        fn update(&mut self, console: &Console<'_>) {
+            let now = Self::by(console);
+            if now.clocks_per_tick != self.clocks_per_tick {
+                tick_timer::set_clocks_per_tick(now.clocks_per_tick);
+                log_rate(now.clocks_per_tick);
+            } else if now.drive == self.drive {
+                return;
+            }
+            board::follow(&now.drive, console.tick_rate());
+            *self = now;
         }
     }
 

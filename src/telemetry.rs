@@ -5,8 +5,9 @@
 //! is missing from the stream, so that a gap is seen by whoever records.
 
 use core::fmt;
-use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU32, Ordering};
 
+use crate::fault::{Counters, Event, Fault};
 use crate::units::Nanometres;
 
 /// One streamed sample.
@@ -20,12 +21,45 @@ pub struct Sample {
     pub command: Nanometres,
     /// The setpoint after shaping.
     pub setpoint: Nanometres,
+    /// Where the encoder says the machine is, if there is one.
+    pub encoder: Option<Nanometres>,
+    /// What is wrong or switched off.
+    pub flags: Flags,
 }
 
-/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM`.
+/// Bits that say what is wrong or switched off. None of them is set while all is well.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flags(pub u8);
+
+impl Flags {
+    /// A fault holds the machine.
+    pub const FAULT: Self = Self(1);
+    /// The drive is disabled.
+    pub const DRIVE_DISABLED: Self = Self(2);
+    /// The emergency input is active.
+    pub const EMERGENCY_INPUT: Self = Self(4);
+    /// The encoder is off the setpoint by more than the window.
+    pub const ENCODER_OFF: Self = Self(8);
+
+    /// A fault holds the machine and the shaper has settled behind it, so that it can be cleared.
+    pub const SETTLED: Self = Self(16);
+
+    /// Whether all bits of `other` are set.
+    pub fn contains(self, other: Self) -> bool {
+        self.0 & other.0 == other.0
+    }
+}
+
+/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM`, followed by ` ENCODER_NM FLAGS` where there is an encoder or a
+/// flag is set; `ENCODER_NM` is `-` without an encoder.
 impl fmt::Display for Sample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "# {} {} {} {}", self.sequence, self.tick, self.command.0, self.setpoint.0)
+        write!(f, "# {} {} {} {}", self.sequence, self.tick, self.command.0, self.setpoint.0)?;
+        match (self.encoder, self.flags) {
+            (None, Flags(0)) => Ok(()),
+            (None, flags) => write!(f, " - {}", flags.0),
+            (Some(encoder), flags) => write!(f, " {} {}", encoder.0, flags.0),
+        }
     }
 }
 
@@ -35,7 +69,7 @@ pub struct NotASample;
 
 impl fmt::Display for NotASample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("not a sample; expected '# SEQUENCE TICK COMMAND_NM SETPOINT_NM'")
+        f.write_str("not a sample; expected '# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]'")
     }
 }
 
@@ -49,12 +83,17 @@ impl core::str::FromStr for Sample {
             word.and_then(|word| word.parse().ok()).ok_or(NotASample)
         }
         let mut words = line.strip_prefix("# ").ok_or(NotASample)?.split(' ');
-        let sample = Self {
+        let mut sample = Self {
             sequence: number(words.next())?,
             tick: number(words.next())?,
             command: Nanometres(number(words.next())?),
             setpoint: Nanometres(number(words.next())?),
+            ..Self::default()
         };
+        if let Some(encoder) = words.next() {
+            sample.encoder = if encoder == "-" { None } else { Some(Nanometres(number(Some(encoder))?)) };
+            sample.flags = Flags(number(words.next())?);
+        }
         if words.next().is_some() { Err(NotASample) } else { Ok(sample) }
     }
 }
@@ -72,10 +111,14 @@ pub enum Activity {
     Stopping = 3,
     /// The command is constant, the shaper still changes the setpoint.
     Settling = 4,
+    /// A fault holds the setpoint.
+    Fault = 5,
 }
 
 impl Activity {
-    const ALL: [Self; 5] = [Self::Rest, Self::Moving, Self::Sweeping, Self::Stopping, Self::Settling];
+    /// Every activity.
+    pub const ALL: [Self; 6] =
+        [Self::Rest, Self::Moving, Self::Sweeping, Self::Stopping, Self::Settling, Self::Fault];
 
     /// The word that `status` prints.
     pub fn name(self) -> &'static str {
@@ -85,6 +128,7 @@ impl Activity {
             Self::Sweeping => "sweeping",
             Self::Stopping => "stopping",
             Self::Settling => "settling",
+            Self::Fault => "fault",
         }
     }
 }
@@ -99,7 +143,11 @@ pub struct Status {
     tick: AtomicU32,
     command_nm: AtomicI32,
     setpoint_nm: AtomicI32,
-    dropped: AtomicU32,
+    fault: AtomicU8,
+    flags: AtomicU8,
+    encoder_nm: AtomicI32,
+    encoder_present: AtomicBool,
+    counters: Counters,
 }
 
 impl Status {
@@ -110,7 +158,11 @@ impl Status {
             tick: AtomicU32::new(0),
             command_nm: AtomicI32::new(0),
             setpoint_nm: AtomicI32::new(0),
-            dropped: AtomicU32::new(0),
+            fault: AtomicU8::new(0),
+            flags: AtomicU8::new(0),
+            encoder_nm: AtomicI32::new(0),
+            encoder_present: AtomicBool::new(false),
+            counters: Counters::new(),
         }
     }
 
@@ -137,7 +189,28 @@ impl Status {
 
     /// How many samples were dropped since the start.
     pub fn dropped(&self) -> u32 {
-        self.dropped.load(Ordering::Relaxed)
+        self.counters.count(Event::SampleLost)
+    }
+
+    /// The fault that holds the machine, if one does.
+    pub fn fault(&self) -> Option<Fault> {
+        Fault::from_number(self.fault.load(Ordering::Relaxed))
+    }
+
+    /// What was wrong or switched off in the last tick.
+    pub fn flags(&self) -> Flags {
+        Flags(self.flags.load(Ordering::Relaxed))
+    }
+
+    /// Where the encoder said the machine was in the last tick, if there is one.
+    pub fn encoder(&self) -> Option<Nanometres> {
+        let present = self.encoder_present.load(Ordering::Relaxed);
+        present.then(|| Nanometres(self.encoder_nm.load(Ordering::Relaxed)))
+    }
+
+    /// How often what has happened.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
     }
 
     pub(crate) fn publish(&self, activity: Activity, tick: u32, command: Nanometres, setpoint: Nanometres) {
@@ -147,8 +220,12 @@ impl Status {
         self.setpoint_nm.store(setpoint.0, Ordering::Relaxed);
     }
 
-    /// Only the interrupt writes, so reading and then writing loses nothing.
-    pub(crate) fn count_dropped(&self) {
-        self.dropped.store(self.dropped().wrapping_add(1), Ordering::Relaxed);
+    pub(crate) fn publish_faults(&self, fault: Option<Fault>, flags: Flags, encoder: Option<Nanometres>) {
+        self.fault.store(fault.map_or(0, |fault| fault as u8), Ordering::Relaxed);
+        self.flags.store(flags.0, Ordering::Relaxed);
+        self.encoder_present.store(encoder.is_some(), Ordering::Relaxed);
+        if let Some(encoder) = encoder {
+            self.encoder_nm.store(encoder.0, Ordering::Relaxed);
+        }
     }
 }

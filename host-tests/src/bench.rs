@@ -2,8 +2,9 @@
 
 use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
-use stillbeam_firmware::control::{Controller, TickOutput};
+use stillbeam_firmware::control::{Controller, Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, TIMER_CLOCK_HZ};
+use stillbeam_firmware::restart::Restart;
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::{Activity, Sample};
 
@@ -32,11 +33,24 @@ impl Bench {
 
     /// A machine as after a reset that finds this in its flash, with echo off.
     pub fn with_flash(flash: MockFlash) -> Self {
+        Self::start(flash, Restart::default())
+    }
+
+    /// A machine that starts for this reason, with echo off.
+    pub fn restarted(restart: Restart) -> Self {
+        Self::start(MockFlash::new(), restart)
+    }
+
+    fn start(flash: MockFlash, restart: Restart) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
         let mut parts = machine.split(IDENTITY, histories);
         let mut store = SettingsStore::new(flash);
         let restored = parts.console.restore(block_on(store.load()));
+        if restart.must_hold() {
+            parts.controller.hold_after_crash();
+        }
+        parts.console.note_restart(restart);
         let mut greeting = LimitedReply::default();
         parts.console.greet(restored, &mut greeting);
         let mut bench = Self {
@@ -81,8 +95,12 @@ impl Bench {
             while self.console.has_waiting_request() {
                 self.tick();
             }
-            if let Some(Effect::Save(settings)) = self.console.take_effect() {
-                self.console.saved(block_on(self.store.save(&settings)), &mut reply);
+            match self.console.take_effect() {
+                None => {}
+                Some(Effect::Save(settings)) => {
+                    self.console.saved(block_on(self.store.save(&settings)), &mut reply);
+                }
+                Some(Effect::ForgetCrash) => self.console.crash_forgotten(&mut reply),
             }
             received += &reply.text;
         }
@@ -113,9 +131,24 @@ impl Bench {
 
     /// One tick.
     pub fn tick(&mut self) -> TickOutput {
-        let output = self.controller.tick();
+        self.tick_with(Inputs::default())
+    }
+
+    /// One tick that finds this at its inputs.
+    pub fn tick_with(&mut self, inputs: Inputs) -> TickOutput {
+        let output = self.controller.tick(inputs);
         self.log_nm.push(output.setpoint.0);
         output
+    }
+
+    /// The console alone, to be fed while the test ticks itself.
+    pub fn console(&mut self) -> &mut Console<'static> {
+        &mut self.console
+    }
+
+    /// Setpoints of all ticks since the log was cleared or taken, in nanometres.
+    pub fn take_log(&mut self) -> Vec<i32> {
+        std::mem::take(&mut self.log_nm)
     }
 
     /// Forgets the setpoints so far.
@@ -136,10 +169,7 @@ impl Bench {
         let reply = self.send("status");
         let name = reply.iter().find_map(|line| line.strip_prefix("state ")).unwrap_or_default();
         self.activity =
-            [Activity::Rest, Activity::Moving, Activity::Sweeping, Activity::Stopping, Activity::Settling]
-                .into_iter()
-                .find(|activity| activity.name() == name)
-                .unwrap_or(self.activity);
+            Activity::ALL.into_iter().find(|activity| activity.name() == name).unwrap_or(self.activity);
         self.activity
     }
 

@@ -3,9 +3,14 @@
 //! | what | where |
 //! |---|---|
 //! | console and telemetry | USART1, PA9 (TX), PA10 (RX), 921 600 baud 8N1 |
-//! | analog setpoint | DAC1 channel 1, PA4 |
+//! | analog command | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
+//! | emergency input | PB1, EXTI1 interrupt, priority 0 |
+//! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
+//! | encoder | TIM8: PC6 A, PC7 B |
 //! | tick | TIM2 update interrupt, priority 0: nothing masks it but short critical sections |
+//! | ticks counted in hardware | TIM9, by TIM2's updates |
+//! | watchdog | IWDG |
 //! | serial buffers | USART1 interrupt, priority 6 |
 //! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
 //! | "samples wait" | doorbell interrupt (line of CAN2_SCE), priority 15 |
@@ -14,14 +19,30 @@
 
 #![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
 
+use crate::servo::pulses::TrainTiming;
+use crate::settings::DriveSettings;
+use crate::units::TickRate;
+
 pub mod clocks;
 pub mod core_coupled;
+pub mod crash;
+pub mod emergency_stop;
+pub mod encoder;
 pub mod executor;
 pub mod flash;
 pub mod outputs;
-pub mod panic;
+pub mod restart;
 pub mod serial;
+pub mod step_pulses;
 pub mod tick_timer;
+pub mod watchdog;
+
+/// Sets up what depends on the settings and is not the tick's.
+pub fn follow(settings: &DriveSettings, tick_rate: TickRate) {
+    outputs::set_standstill(settings.analog(tick_rate).standstill());
+    step_pulses::configure(settings.pulse_kind(), TrainTiming::new(tick_rate).prescaler);
+    emergency_stop::set_input(settings.emergency_input());
+}
 
 /// Called once, when clocks and peripherals are configured and before the first tick. It does nothing: it is
 /// the place where a debugger or an emulator's harness knows that start-up is over.

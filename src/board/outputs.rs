@@ -1,7 +1,10 @@
 //! The outputs that move the machine: the analog setpoint and the drive enable.
 
+use core::sync::atomic::{AtomicU16, Ordering};
+
 use embassy_stm32::pac;
 
+use super::step_pulses;
 use crate::servo::DacCode;
 
 /// PB0.
@@ -40,8 +43,23 @@ pub fn set_drive_enabled(enabled: bool) {
     });
 }
 
-/// The state in which nothing moves: drive disabled first, analog output in the middle.
+/// The analog code for standing still, or [`HOLD`].
+static STANDSTILL: AtomicU16 = AtomicU16::new(HOLD);
+/// Not a code: the output is best left as it is.
+const HOLD: u16 = u16::MAX;
+
+/// Says what the analog output has to be when the firmware gives up: zero velocity, or as it is.
+pub fn set_standstill(code: Option<DacCode>) {
+    STANDSTILL.store(code.map_or(HOLD, |code| code.0), Ordering::Relaxed);
+}
+
+/// The state in which nothing moves: drive disabled first, then steps stopped and the analog output at zero velocity. An
+/// analog position stays where it is: the middle would be a jump.
 pub fn make_safe() {
     set_drive_enabled(false);
-    set_analog(DacCode::MIDDLE);
+    step_pulses::stop();
+    let standstill = STANDSTILL.load(Ordering::Relaxed);
+    if standstill != HOLD {
+        set_analog(DacCode(standstill));
+    }
 }

@@ -1,8 +1,13 @@
 //! The serial port: USART1 with interrupt-driven buffers.
 
+use core::future::{Future as _, poll_fn};
+use core::pin::pin;
+
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::usart::{self, BufferedUart, Config, ConfigError};
+use embassy_stm32::usart::{self, BufferedUart, BufferedUartTx, Config, ConfigError};
 use embassy_stm32::{Peri, bind_interrupts, interrupt, pac, peripherals};
+use embassy_sync::waitqueue::AtomicWaker;
+use embedded_io_async::Write as _;
 use static_cell::ConstStaticCell;
 
 // In this order.
@@ -23,8 +28,33 @@ impl interrupt::typelevel::Handler<interrupt::typelevel::USART1> for KeepReceive
     // SAFETY: called from the interrupt only. Nothing else changes CR1 once the port is open.
     unsafe fn on_interrupt() {
         pac::USART1.cr1().modify(|control| control.set_tcie(false));
+        // The driver stops asking for the next byte when it has none.
+        if !pac::USART1.cr1().read().txeie() {
+            ALL_SENT.wake();
+        }
     }
 }
+
+static ALL_SENT: AtomicWaker = AtomicWaker::new();
+
+/// Sends bytes, however many, waiting for room as often as it takes.
+///
+/// The driver refuses a write that is longer than its buffer, and does not wake a writer that has to wait for room; this
+/// one is woken when all has been sent.
+pub async fn send(port: &mut BufferedUartTx<'static>, bytes: &[u8]) {
+    for chunk in bytes.chunks(CHUNK) {
+        let mut write = pin!(port.write_all(chunk));
+        poll_fn(|context| {
+            ALL_SENT.register(context.waker());
+            // Only a chunk beyond the buffer's length fails.
+            write.as_mut().poll(context).map(|_sent| ())
+        })
+        .await;
+    }
+}
+
+/// Bytes that are handed to the driver at once: a part of its buffer, so that it is filled again before it is empty.
+const CHUNK: usize = 256;
 
 /// Fast enough for 1 kHz of telemetry as text, and a rate that every USB adapter has.
 const BAUD: u32 = 921_600;

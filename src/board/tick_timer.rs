@@ -1,36 +1,70 @@
 //! The tick: TIM2's update interrupt at the top priority, and the door through which it wakes the rest.
 //!
 //! The tick itself never takes a lock. Waking an async task does, so the tick only marks a second, low-priority
-//! interrupt as pending, and that one wakes the task.
+//! interrupt as pending, and that one wakes the task. It also asks, twenty times a second, whether tick and console both
+//! moved, and feeds the watchdog if so.
+//!
+//! TIM9 counts TIM2's updates in hardware. Where it is ahead of the interrupt, ticks were missed. TIM9 has no model in
+//! the emulator and stands still there, which counts as "not known".
 
 use core::cell::UnsafeCell;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::Poll;
 
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::{Mms, Sms, Ts};
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::outputs;
-use crate::control::Controller;
+use super::{emergency_stop, encoder, outputs, step_pulses, watchdog};
+use crate::control::{Controller, Inputs};
+use crate::machine::TIMER_CLOCK_HZ;
+use crate::watchdog::{HEARTBEATS_PER_S, Progress, Supervisor};
 
-/// Belongs to the tick interrupt from [`start`] on, to the main thread before.
-struct ControllerCell(UnsafeCell<Option<Controller<'static>>>);
+/// What belongs to the tick interrupt from [`start`] on, to the main thread before.
+struct TickState {
+    controller: Controller<'static>,
+    /// TIM9, as it was in the last tick.
+    counted: u16,
+    /// The next tick was due before the last one ended.
+    late: bool,
+    ticks_to_heartbeat: u32,
+}
+
+struct TickCell(UnsafeCell<Option<TickState>>);
 
 // SAFETY: the cell is only reached through `start`, before the interrupt is unmasked, and through the interrupt, after.
 // Neither can preempt the other, and an interrupt does not preempt itself.
-unsafe impl Sync for ControllerCell {}
+unsafe impl Sync for TickCell {}
 
-static CONTROLLER: ControllerCell = ControllerCell(UnsafeCell::new(None));
+/// Belongs to the doorbell's interrupt.
+struct SupervisorCell(UnsafeCell<Supervisor>);
+
+// SAFETY: only the doorbell's handler reaches it, and an interrupt does not preempt itself.
+unsafe impl Sync for SupervisorCell {}
+
+static STATE: TickCell = TickCell(UnsafeCell::new(None));
+static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::new()));
 static SAMPLES_WAITING: AtomicWaker = AtomicWaker::new();
+/// A heartbeat is due: the console is to make a round.
+static HEARTBEAT: AtomicBool = AtomicBool::new(false);
+/// Ticks so far.
+static TICKS: AtomicU32 = AtomicU32::new(0);
+/// Rounds of the console's task so far.
+static CONSOLE_ROUNDS: AtomicU32 = AtomicU32::new(0);
+/// Ticks from one heartbeat to the next.
+static HEARTBEAT_TICKS: AtomicU32 = AtomicU32::new(1);
 
 /// An interrupt line whose peripheral is not used.
 const DOORBELL: interrupt::Interrupt = interrupt::Interrupt::CAN2_SCE;
 
 /// Gives the controller to the interrupt and starts ticking every `clocks_per_tick` timer clocks. Call once.
 pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
-    // SAFETY: see `ControllerCell`: the interrupt is still masked.
-    unsafe { *CONTROLLER.0.get() = Some(controller) };
+    set_clocks_per_tick(clocks_per_tick);
+    let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
+    // SAFETY: see `TickCell`: the interrupt is still masked.
+    unsafe { *STATE.0.get() = Some(state) };
     DOORBELL.set_priority(Priority::P15);
     interrupt::Interrupt::TIM2.set_priority(Priority::P0);
     // SAFETY: both handlers are defined below and what they use has been set up above.
@@ -39,7 +73,6 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
         interrupt::Interrupt::TIM2.enable();
     }
     pac::TIM2.psc().write_value(0);
-    pac::TIM2.arr().write_value(clocks_per_tick - 1);
     // The reload takes effect at the next update, so that a change of rate does not cut a tick short.
     pac::TIM2.cr1().modify(|control| control.set_arpe(true));
     pac::TIM2.dier().modify(|enable| enable.set_uie(true));
@@ -48,40 +81,97 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     pac::TIM2.egr().write(|event| event.set_ug(true));
 }
 
-/// Turns TIM2's clock on. Call once, with the other clocks.
+/// Turns the clocks of both timers on and lets TIM9 count TIM2's updates. Call once, with the other clocks.
 pub fn configure() {
     pac::RCC.apb1enr().modify(|clocks| clocks.set_tim2en(true));
+    pac::RCC.apb2enr().modify(|clocks| clocks.set_tim9en(true));
+    pac::TIM2.cr2().modify(|control| control.set_mms(Mms::UPDATE));
+    let counter = pac::TIM9;
+    counter.arr().write(|reload| reload.set_arr(u16::MAX));
+    // TIM2 is TIM9's trigger 0 (RM0090, table of internal triggers).
+    counter.smcr().modify(|slave| {
+        slave.set_ts(Ts::ITR0);
+        slave.set_sms(Sms::EXT_CLOCK_MODE);
+    });
+    counter.cr1().modify(|control| control.set_cen(true));
 }
 
 /// Changes the rate from the next tick on.
 pub fn set_clocks_per_tick(clocks_per_tick: u32) {
+    let heartbeat = TIMER_CLOCK_HZ / HEARTBEATS_PER_S / clocks_per_tick;
+    HEARTBEAT_TICKS.store(heartbeat.max(1), Ordering::Relaxed);
     pac::TIM2.arr().write_value(clocks_per_tick - 1);
 }
 
-/// Waits until the tick has queued samples. May return early; `ready` decides.
-pub async fn samples_waiting(ready: impl Fn() -> bool) {
+/// Waits until the tick has queued samples or a heartbeat is due. May return early; `ready` decides about the samples.
+pub async fn samples_or_heartbeat(ready: impl Fn() -> bool) {
     core::future::poll_fn(|context| {
         SAMPLES_WAITING.register(context.waker());
-        if ready() { Poll::Ready(()) } else { Poll::Pending }
+        if HEARTBEAT.load(Ordering::Relaxed) || ready() { Poll::Ready(()) } else { Poll::Pending }
     })
     .await;
+}
+
+/// Says that the console's task has made another round.
+pub fn console_made_round() {
+    HEARTBEAT.store(false, Ordering::Relaxed);
+    CONSOLE_ROUNDS.store(CONSOLE_ROUNDS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+}
+
+/// Ticks so far.
+pub fn ticks() -> u32 {
+    TICKS.load(Ordering::Relaxed)
+}
+
+impl TickState {
+    #[inline]
+    fn run(&mut self) {
+        let counted = pac::TIM9.cnt().read().cnt();
+        let inputs = Inputs {
+            encoder_counter: encoder::counter(),
+            emergency: emergency_stop::is_active(),
+            // One update is this tick's; none means that nobody counts.
+            missed_ticks: counted.wrapping_sub(self.counted).saturating_sub(1),
+            pulses_busy: step_pulses::is_busy(),
+            late: self.late,
+        };
+        self.counted = counted;
+        let output = self.controller.tick(inputs);
+        outputs::set_drive_enabled(output.drive_enabled);
+        outputs::set_analog(output.analog);
+        step_pulses::make(output.steps, output.step_period);
+        self.ticks_to_heartbeat -= 1;
+        let heartbeat = self.ticks_to_heartbeat == 0;
+        if heartbeat {
+            self.ticks_to_heartbeat = HEARTBEAT_TICKS.load(Ordering::Relaxed);
+            HEARTBEAT.store(true, Ordering::Relaxed);
+        }
+        if heartbeat || output.sample_queued {
+            cortex_m::peripheral::NVIC::pend(DOORBELL);
+        }
+        TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+        self.late = pac::TIM2.sr().read().uif();
+    }
 }
 
 #[interrupt]
 fn TIM2() {
     pac::TIM2.sr().write(|flags| flags.0 = !1);
-    // SAFETY: see `ControllerCell`: from `start` on only this interrupt reaches it.
-    let controller = unsafe { &mut *CONTROLLER.0.get() };
-    if let Some(controller) = controller {
-        let output = controller.tick();
-        outputs::set_analog(output.analog);
-        if output.sample_queued {
-            cortex_m::peripheral::NVIC::pend(DOORBELL);
-        }
+    // SAFETY: see `TickCell`: from `start` on only this interrupt reaches it.
+    if let Some(state) = unsafe { &mut *STATE.0.get() } {
+        state.run();
     }
 }
 
 #[interrupt]
 fn CAN2_SCE() {
+    if HEARTBEAT.load(Ordering::Relaxed) {
+        // SAFETY: see `SupervisorCell`.
+        let supervisor = unsafe { &mut *SUPERVISOR.0.get() };
+        let console_rounds = CONSOLE_ROUNDS.load(Ordering::Relaxed);
+        if supervisor.may_feed(Progress { ticks: ticks(), console_rounds }) {
+            watchdog::feed();
+        }
+    }
     SAMPLES_WAITING.wake();
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
+use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::settings::{Key, Refusal, StoreError};
 use crate::shaper::ModeError;
@@ -62,8 +63,52 @@ pub enum CommandError<'l> {
         /// For what.
         reason: Busy,
     },
+    /// A fault stands in the way.
+    Fault {
+        /// The command.
+        command: &'static str,
+        /// What is in the way.
+        reason: Refused,
+    },
+    /// The step pulses cannot follow the velocity limit.
+    PulseRate {
+        /// The velocity limit in mm/s.
+        limit_mm_s: f64,
+        /// What the pulses can follow, in mm/s.
+        most_mm_s: f64,
+    },
     /// The settings could not be stored. This one may have changed some of what is stored.
     Flash(StoreError),
+}
+
+/// What stands in the way of a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refused {
+    /// A fault holds the machine.
+    Held(Fault),
+    /// The emergency input is still active.
+    EmergencyInput,
+    /// The encoder is still outside its window.
+    EncoderOff {
+        /// Encoder less setpoint, in nanometres.
+        error_nm: i32,
+    },
+    /// There is no encoder.
+    NoEncoder,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Held(fault) => write!(f, "a fault holds the machine: {}; 'clear' first", fault.name()),
+            Self::EmergencyInput => f.write_str("the emergency input is still active; release it first"),
+            Self::EncoderOff { error_nm } => write!(
+                f,
+                "the encoder is {error_nm} nm off the setpoint; move the machine back, or 'encoder reference'"
+            ),
+            Self::NoEncoder => f.write_str("there is no encoder; set encoder.counts_per_mm"),
+        }
+    }
 }
 
 /// What a command has to wait for.
@@ -104,7 +149,10 @@ impl fmt::Display for CommandError<'_> {
                 write!(f, "unknown-name {name}: no such setting; 'get' lists them, 'help' the commands")
             }
             Self::Usage { command, usage } => write!(f, "syntax {command}: usage: {usage}"),
-            Self::Value { key, refusal: refusal @ (Refusal::NotANumber | Refusal::UnknownType) } => {
+            Self::Value {
+                key,
+                refusal: refusal @ (Refusal::NotANumber | Refusal::UnknownType | Refusal::NotAWord { .. }),
+            } => {
                 write!(f, "syntax {key}: {refusal}")
             }
             Self::Value { key, refusal } => write!(f, "range {key}: {refusal}"),
@@ -120,6 +168,12 @@ impl fmt::Display for CommandError<'_> {
             ),
             Self::Motion { command, error } => write!(f, "range {command}: {error}"),
             Self::Busy { command, reason } => write!(f, "busy {command}: {reason}"),
+            Self::Fault { command, reason } => write!(f, "fault {command}: {reason}"),
+            Self::PulseRate { limit_mm_s, most_mm_s } => write!(
+                f,
+                "range pulses.steps_per_mm: follows at most {most_mm_s:.3} mm/s at this tick rate, \
+                 move.velocity_mm_s is {limit_mm_s}"
+            ),
             Self::Flash(error) => write!(f, "flash save: {error}"),
         }
     }

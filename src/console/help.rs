@@ -7,10 +7,10 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 16] = [
+static COMMANDS: [(&str, &str); 21] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
-    ("status", "what moves, where, and how many samples were dropped"),
+    ("status", "what moves, where, faults, and how often what has happened"),
     ("get [NAME]", "settings as 'NAME = live [default] {stored} staged ...'"),
     ("set NAME VALUE", "stages a setting; nothing changes before 'apply'"),
     ("apply", "builds the shaper from the staged settings and uses it"),
@@ -21,7 +21,12 @@ static COMMANDS: [(&str, &str); 16] = [
     ("move POSITION_MM", "moves to an absolute position"),
     ("sweep linear|exponential FROM_HZ TO_HZ SECONDS AMPLITUDE_MM", "sine sweep around here"),
     ("stop", "brings the command to rest"),
-    ("stream on [N]|off", "'# SEQUENCE TICK COMMAND_NM SETPOINT_NM' every N ticks"),
+    ("emergency", "holds the setpoint and disables the drive at once"),
+    ("clear", "goes on after a fault, once its cause is gone"),
+    ("events", "what happened since the last time, as 'event TICK NAME VALUE'"),
+    ("encoder reference", "says that the machine is where the setpoint is"),
+    ("crash clear", "forgets the record of a crash that 'info' shows"),
+    ("stream on [N]|off", "'# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]' every N ticks"),
     ("echo on|off", "off for programs: no echo, no prompt"),
     ("Ctrl-U", "clears the line"),
 ];
@@ -62,6 +67,12 @@ fn describe(key: Key, out: &mut dyn Write) -> core::fmt::Result {
         Value::Number(_) => {
             let (low, high) = key.range();
             write!(out, "range {low}..{high} {}, default {default}\r\n", key.unit())
+        }
+        Value::Word(_) => {
+            for word in key.words().unwrap_or_default() {
+                write!(out, "{word} ")?;
+            }
+            write!(out, "default {default}\r\n")
         }
         Value::Shaper(_) => write!(out, "off, {KnownTypes}, default {default}\r\n"),
     }

@@ -13,16 +13,18 @@ use core::fmt::Write;
 use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
+use crate::fault::{Event, EventLog, Fault};
+use crate::restart::Restart;
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::ShaperTable;
 use crate::telemetry::{Activity, Status};
 use crate::units::TickRate;
 
-pub use error::{Busy, CommandError};
+pub use error::{Busy, CommandError, Refused};
 use line::LineEditor;
 
 /// The longest reply in bytes; what takes the output must have room for it. Every reply is below it by test.
-pub const MAX_REPLY: usize = 2048;
+pub const MAX_REPLY: usize = 6144;
 
 /// What the console says about the firmware and the board it runs on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,8 @@ pub struct Identity {
 pub enum Effect {
     /// Store these with [`crate::settings::SettingsStore::save`] and tell [`Console::saved`] how it went.
     Save(Settings),
+    /// Forget the record of a crash.
+    ForgetCrash,
 }
 
 /// The state of the console.
@@ -60,6 +64,8 @@ pub struct Console<'m> {
     history_samples: usize,
     requests: Producer<'m, Request<'m>>,
     retired: Consumer<'m, &'m mut [i32]>,
+    events: EventLog<'m>,
+    restart: Restart,
     status: &'m Status,
 }
 
@@ -72,6 +78,7 @@ impl<'m> Console<'m> {
         spare_history: &'m mut [i32],
         requests: Producer<'m, Request<'m>>,
         retired: Consumer<'m, &'m mut [i32]>,
+        events: EventLog<'m>,
         status: &'m Status,
     ) -> Self {
         Self {
@@ -88,6 +95,8 @@ impl<'m> Console<'m> {
             spare_history: Some(spare_history),
             requests,
             retired,
+            events,
+            restart: Restart::default(),
             status,
         }
     }
@@ -111,6 +120,12 @@ impl<'m> Console<'m> {
         let _best_effort = write!(out, "\r\nstillbeam {version} on {board}; 'help' lists the commands\r\n");
         if let Err(reason) = restored {
             let _best_effort = write!(out, "the stored settings are staged but do not run: {reason}\r\n");
+        }
+        if let Some(crash) = &self.restart.crash {
+            let _best_effort = write!(out, "a crash was recorded, see 'info': {crash}\r\n");
+        }
+        if self.restart.must_hold() {
+            let _best_effort = out.write_str("the drive is disabled; 'clear' to go on\r\n");
         }
         if let Some(fault) = self.store_fault {
             let _best_effort = write!(out, "no stored settings: {fault}\r\n");
@@ -138,6 +153,36 @@ impl<'m> Console<'m> {
             }
         };
         self.prompt(out);
+    }
+
+    /// Takes in why the firmware starts. Call before [`Self::greet`].
+    pub fn note_restart(&mut self, restart: Restart) {
+        self.note(Event::Reset, i32::from(restart.cause.0));
+        if restart.cause.is_watchdog() {
+            self.note(Event::Watchdog, 0);
+        }
+        if restart.crash.is_some() {
+            self.note(Event::Crash, 0);
+        }
+        self.restart = restart;
+    }
+
+    /// Counts and keeps an event that the tick cannot know of.
+    pub fn note(&mut self, event: Event, value: i32) {
+        self.status.counters().add(event);
+        self.events.add(self.status.tick(), event, value);
+    }
+
+    /// Ends the reply to `crash clear`.
+    pub fn crash_forgotten(&mut self, out: &mut dyn Write) {
+        self.restart.crash = None;
+        let _best_effort = out.write_str("ok crash clear\r\n");
+        self.prompt(out);
+    }
+
+    /// What runs now.
+    pub fn settings(&self) -> &Settings {
+        &self.live
     }
 
     /// Takes one byte from the serial port. Echo and replies, at most [`MAX_REPLY`] bytes, go to `out`.
@@ -186,6 +231,10 @@ impl<'m> Console<'m> {
         self.require_taken(command)?;
         match self.status.activity() {
             Activity::Rest => Ok(()),
+            Activity::Fault => {
+                let fault = self.status.fault().unwrap_or(Fault::Restart);
+                Err(CommandError::Fault { command, reason: Refused::Held(fault) })
+            }
             activity => Err(CommandError::Busy { command, reason: Busy::Activity(activity) }),
         }
     }

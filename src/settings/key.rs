@@ -3,8 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::{ModeSetting, Settings};
-use crate::servo::AnalogScale;
+use super::{DriveKey, ModeSetting, Settings};
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
 use crate::units::{MAX_TRAVEL_MM, TickRate};
 
@@ -27,6 +26,8 @@ pub enum Key {
     StreamDecimation,
     /// `analog.full_scale_mm`
     AnalogFullScale,
+    /// Outputs, encoder, emergency input and what faults do.
+    Drive(DriveKey),
 }
 
 /// Which value of a mode.
@@ -47,6 +48,38 @@ pub enum Value {
     Number(f64),
     /// A shaper type, or none.
     Shaper(Option<ShaperType>),
+    /// One of the key's words.
+    Word(Choice),
+}
+
+/// One word of a list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    words: &'static [&'static str],
+    place: u8,
+}
+
+impl Choice {
+    /// The word at a place of a list; the list's end gives an empty word.
+    pub(super) fn new(words: &'static [&'static str], place: u8) -> Self {
+        Self { words, place }
+    }
+
+    /// The word that reads like this, in either case.
+    pub(super) fn find(words: &'static [&'static str], text: &str) -> Option<Self> {
+        let place = words.iter().position(|word| word.eq_ignore_ascii_case(text))?;
+        Some(Self { words, place: u8::try_from(place).ok()? })
+    }
+
+    /// The word.
+    pub fn word(self) -> &'static str {
+        self.words.get(usize::from(self.place)).copied().unwrap_or_default()
+    }
+
+    /// The word's place in its list, from zero.
+    pub fn place(self) -> u8 {
+        self.place
+    }
 }
 
 impl fmt::Display for Value {
@@ -55,6 +88,7 @@ impl fmt::Display for Value {
             Self::Number(number) => write!(f, "{number}"),
             Self::Shaper(Some(kind)) => write!(f, "{kind}"),
             Self::Shaper(None) => f.write_str("off"),
+            Self::Word(choice) => f.write_str(choice.word()),
         }
     }
 }
@@ -78,6 +112,18 @@ pub enum Refusal {
     },
     /// Not a shaper type.
     UnknownType,
+    /// Not one of the words.
+    NotAWord {
+        /// The words.
+        words: &'static [&'static str],
+    },
+    /// The number is too close to zero.
+    TooSmall {
+        /// The refused number.
+        number: f64,
+        /// The least size.
+        least: f64,
+    },
     /// The travel would end before it starts.
     EmptyTravel {
         /// First and last position as they would be, in mm.
@@ -96,6 +142,13 @@ impl fmt::Display for Refusal {
             }
             Self::NotWhole { number } => write!(f, "{number} is not a whole number"),
             Self::UnknownType => write!(f, "unknown shaper type; use off, {KnownTypes}"),
+            Self::NotAWord { words } => {
+                f.write_str("not one of")?;
+                words.iter().try_for_each(|word| write!(f, " {word}"))
+            }
+            Self::TooSmall { number, least } => {
+                write!(f, "{number} is too close to zero; at least {least} or at most -{least}")
+            }
             Self::EmptyTravel { travel_mm } => {
                 write!(f, "travel {}..{} mm would be empty", travel_mm.0, travel_mm.1)
             }
@@ -107,14 +160,18 @@ impl Key {
     /// Every key, in the order in which they are listed.
     pub fn all() -> impl Iterator<Item = Self> {
         let modes = (0..MAX_MODES).flat_map(|index| ModeKey::ALL.map(|part| Self::Mode(index, part)));
-        [Self::TickRate].into_iter().chain(modes).chain([
-            Self::Velocity,
-            Self::Acceleration,
-            Self::TravelMin,
-            Self::TravelMax,
-            Self::StreamDecimation,
-            Self::AnalogFullScale,
-        ])
+        [Self::TickRate]
+            .into_iter()
+            .chain(modes)
+            .chain([
+                Self::Velocity,
+                Self::Acceleration,
+                Self::TravelMin,
+                Self::TravelMax,
+                Self::StreamDecimation,
+                Self::AnalogFullScale,
+            ])
+            .chain(DriveKey::ALL.map(Self::Drive))
     }
 
     /// The unit, empty for a bare number.
@@ -126,6 +183,7 @@ impl Key {
             Self::Acceleration => "mm/s2",
             Self::TravelMin | Self::TravelMax | Self::AnalogFullScale => "mm",
             Self::StreamDecimation => "ticks",
+            Self::Drive(key) => key.unit(),
         }
     }
 
@@ -141,11 +199,12 @@ impl Key {
             Self::TravelMin => "First permitted position.",
             Self::TravelMax => "Last permitted position.",
             Self::StreamDecimation => "Ticks per streamed sample when 'stream on' gives no number.",
-            Self::AnalogFullScale => "Position at the end of the analog output's range.",
+            Self::AnalogFullScale => "Position at the end of the analog output's range, if it is a position.",
+            Self::Drive(key) => key.meaning(),
         }
     }
 
-    /// First and last accepted number. Shaper types have none and get an empty range.
+    /// First and last accepted number. Shaper types and words have none and get an empty range.
     pub fn range(self) -> (f64, f64) {
         match self {
             Self::TickRate => TickRate::RANGE_HZ,
@@ -156,17 +215,29 @@ impl Key {
             Self::Acceleration => (0.1, 200_000.0),
             Self::TravelMin | Self::TravelMax => (-MAX_TRAVEL_MM, MAX_TRAVEL_MM),
             Self::StreamDecimation => (1.0, 1_000_000.0),
-            Self::AnalogFullScale => AnalogScale::FULL_SCALE_RANGE_MM,
+            Self::AnalogFullScale => (1.0, 1000.0),
+            Self::Drive(key) => key.range(),
         }
     }
 }
 
 impl Key {
+    /// The accepted words; `None` where the value is something else.
+    pub fn words(self) -> Option<&'static [&'static str]> {
+        match self {
+            Self::Drive(key) => key.words(),
+            _ => None,
+        }
+    }
+
     /// Whether a value is of the setting's kind and within its range.
     pub(super) fn accepts(self, value: Value) -> bool {
         match value {
             Value::Number(number) => in_range(self, number).is_ok(),
             Value::Shaper(_) => matches!(self, Self::Mode(_, ModeKey::Type)),
+            Value::Word(choice) => {
+                self.words().is_some_and(|words| usize::from(choice.place()) < words.len())
+            }
         }
     }
 }
@@ -194,6 +265,7 @@ impl fmt::Display for Key {
             Self::TravelMax => "travel.max_mm",
             Self::StreamDecimation => "stream.decimation",
             Self::AnalogFullScale => "analog.full_scale_mm",
+            Self::Drive(key) => key.name(),
         })
     }
 }
@@ -236,7 +308,8 @@ impl Settings {
             Key::TravelMin => Value::Number(self.limits.travel_mm.0),
             Key::TravelMax => Value::Number(self.limits.travel_mm.1),
             Key::StreamDecimation => Value::Number(f64::from(self.stream_decimation)),
-            Key::AnalogFullScale => Value::Number(self.analog_scale.full_scale_mm()),
+            Key::AnalogFullScale => Value::Number(self.drive.analog.full_scale_mm),
+            Key::Drive(key) => self.drive.get(key),
         }
     }
 
@@ -247,7 +320,10 @@ impl Settings {
     pub fn set(&mut self, key: Key, text: &str) -> Result<(), Refusal> {
         let value = match key {
             Key::Mode(_, ModeKey::Type) => Value::Shaper(parse_shaper(text)?),
-            _ => Value::Number(text.parse().map_err(|_| Refusal::NotANumber)?),
+            _ => match key.words() {
+                Some(words) => Value::Word(Choice::find(words, text).ok_or(Refusal::NotAWord { words })?),
+                None => Value::Number(text.parse().map_err(|_| Refusal::NotANumber)?),
+            },
         };
         self.put(key, value)
     }
@@ -262,7 +338,8 @@ impl Settings {
                 self.change_mode(index, |mode| mode.shaper = shaper);
             }
             (Key::Mode(_, ModeKey::Type), Value::Number(_)) => return Err(Refusal::UnknownType),
-            (_, Value::Shaper(_)) => return Err(Refusal::NotANumber),
+            (Key::Drive(key), Value::Word(choice)) => self.drive.put_word(key, choice)?,
+            (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
             (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
         }
         Ok(())
@@ -285,9 +362,8 @@ impl Settings {
             Key::TravelMin => self.limits.travel_mm = travel(number, self.limits.travel_mm.1)?,
             Key::TravelMax => self.limits.travel_mm = travel(self.limits.travel_mm.0, number)?,
             Key::StreamDecimation => self.stream_decimation = whole(number)?,
-            Key::AnalogFullScale => {
-                self.analog_scale = AnalogScale::new(number).ok_or(Refusal::OutOfRange { number, key })?;
-            }
+            Key::AnalogFullScale => self.drive.analog.full_scale_mm = number,
+            Key::Drive(key) => self.drive.put_number(key, number)?,
         }
         Ok(())
     }

@@ -1,19 +1,22 @@
 //! What a person can set: the values, in [`key`] their names, units, ranges and meaning, and in [`store`] how they
 //! survive a reset.
 
+pub mod drive;
 pub mod erase_journal;
 pub mod key;
 pub mod record;
 pub mod store;
 
-pub use key::{Key, ModeKey, Refusal, Value};
+pub use drive::{DriveKey, DriveSettings, EmergencyInput, PulseKind};
+pub use key::{Choice, Key, ModeKey, Refusal, Value};
 pub use store::{SettingsStore, StoreError, Stored};
 
+use crate::control::Setup;
+use crate::fault::TravelGuard;
 use crate::motion::MoveLimits;
 use crate::motion::stop::Braking;
-use crate::servo::AnalogScale;
 use crate::shaper::{MAX_MODES, Mode, ModeError, ShaperType};
-use crate::units::TickRate;
+use crate::units::{Nanometres, TickRate};
 
 /// One mode as it is set; `shaper: None` leaves it unshaped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +37,7 @@ pub struct Settings {
     modes: [ModeSetting; MAX_MODES],
     limits: MoveLimits,
     stream_decimation: u32,
-    analog_scale: AnalogScale,
+    drive: DriveSettings,
 }
 
 impl Settings {
@@ -54,9 +57,23 @@ impl Settings {
         self.stream_decimation
     }
 
-    /// How the setpoint maps onto the analog output.
-    pub fn analog_scale(&self) -> AnalogScale {
-        self.analog_scale
+    /// Outputs, encoder, emergency input and what faults do.
+    pub fn drive(&self) -> &DriveSettings {
+        &self.drive
+    }
+
+    /// What the tick needs of all this at a tick rate that the board can run.
+    pub fn setup(&self, tick_rate: TickRate) -> Setup {
+        let end = |mm| Nanometres::from_mm(mm).unwrap_or_default();
+        Setup {
+            braking: self.braking(),
+            // The ends of the travel are within what positions can say.
+            guard: TravelGuard::new(end(self.limits.travel_mm.0), end(self.limits.travel_mm.1)),
+            reactions: self.drive.reactions(),
+            analog: self.drive.analog(tick_rate),
+            pulses: self.drive.pulses(tick_rate),
+            encoder: self.drive.encoder(),
+        }
     }
 
     /// How a controlled stop brakes.
@@ -90,7 +107,7 @@ impl Default for Settings {
                 travel_mm: (-250.0, 250.0),
             },
             stream_decimation: 4,
-            analog_scale: AnalogScale::default(),
+            drive: DriveSettings::default(),
         }
     }
 }

@@ -6,10 +6,11 @@
 //! | 1 | format of what follows: [`FORMAT`] |
 //! | 8 | a number: IEEE 754 double, least significant byte first, in the key's unit |
 //! | or 1 | a shaper type: 0 off, 1 ZV, 2 ZVD, 3 ZVDD, 4 ZVDDD, 5 EI, 6 two-hump EI, 7 three-hump EI, 8 MZV |
+//! | or 1 | a word: its place in the key's list, from zero |
 //!
 //! Length and CRC-32 are the store's. A record of more than [`MAX_BYTES`] bytes will never be written.
 
-use super::{Key, ModeKey, Value};
+use super::{Choice, Key, ModeKey, Value};
 use crate::shaper::ShaperType;
 
 /// The version of the bytes after the id.
@@ -36,6 +37,7 @@ impl Key {
             Self::TravelMax => 5,
             Self::StreamDecimation => 6,
             Self::AnalogFullScale => 7,
+            Self::Drive(key) => key.id(),
             Self::Mode(index, part) => {
                 let part = match part {
                     ModeKey::Frequency => 0,
@@ -62,6 +64,7 @@ pub fn encode(value: Value) -> Bytes {
             bytes.push(FORMAT).is_ok() && bytes.extend_from_slice(&number.to_le_bytes()).is_ok()
         }
         Value::Shaper(shaper) => bytes.extend_from_slice(&[FORMAT, shaper_code(shaper)]).is_ok(),
+        Value::Word(choice) => bytes.extend_from_slice(&[FORMAT, choice.place()]).is_ok(),
     };
     bytes
 }
@@ -72,6 +75,10 @@ pub fn decode(key: Key, bytes: &[u8]) -> Option<Value> {
     match (key, payload) {
         (Key::Mode(_, ModeKey::Type), [code]) => shaper(*code).map(Value::Shaper),
         (Key::Mode(_, ModeKey::Type), _) => None,
+        (key, [place]) => {
+            let words = key.words()?;
+            (usize::from(*place) < words.len()).then(|| Value::Word(Choice::new(words, *place)))
+        }
         (_, payload) => Some(Value::Number(f64::from_le_bytes(payload.try_into().ok()?))),
     }
 }

@@ -1,5 +1,6 @@
 //! The commands: which line is which, and one file per family of them.
 
+mod faults;
 mod motions;
 mod reports;
 mod setting_values;
@@ -36,6 +37,11 @@ impl Console<'_> {
             "move" => self.start_move(words, out),
             "sweep" => self.start_sweep(words, out),
             "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
+            "emergency" => no_more(words, "emergency", "emergency").and_then(|()| self.emergency(out)),
+            "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
+            "events" => no_more(words, "events", "events").map(|()| self.list_events(out)),
+            "encoder" => self.reference_encoder(words, out),
+            "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
             "echo" => self.switch_echo(words, out),
             _ => Err(CommandError::UnknownCommand(command)),

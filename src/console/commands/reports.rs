@@ -16,6 +16,7 @@ impl Console<'_> {
         say(out, format_args!("shaper_modes {}", table.stages().len()));
         self.describe_table(out);
         self.describe_stored(out);
+        self.describe_restart(out);
         say(out, format_args!("ok info"));
     }
 
@@ -37,12 +38,13 @@ impl Console<'_> {
         }
     }
 
-    pub(super) fn print_status(&self, out: &mut dyn Write) {
+    pub(super) fn print_status(&mut self, out: &mut dyn Write) {
         say(out, format_args!("state {}", self.status.activity().name()));
         say(out, format_args!("tick {}", self.status.tick()));
         say(out, format_args!("command_nm {}", self.status.command().0));
         say(out, format_args!("setpoint_nm {}", self.status.setpoint().0));
         say(out, format_args!("dropped_samples {}", self.status.dropped()));
+        self.print_faults(out);
         say(out, format_args!("ok status"));
     }
 }

@@ -58,6 +58,7 @@ impl Console<'_> {
             let reason = Busy::Activity(Activity::Sweeping);
             return Err(CommandError::Busy { command, reason });
         }
+        self.check_outputs(settings, tick_rate, command)?;
         let table = if shaper_on { design(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
         let (needed, available) = (table.history_samples(), self.history_samples);
         if needed > available {
@@ -76,8 +77,7 @@ impl Console<'_> {
         };
         // The queue is empty and has room for both.
         self.request(command, Request::Shape(cascade))?;
-        let (braking, analog) = (settings.braking(), settings.analog_scale());
-        self.request(command, Request::Configure { braking, analog })?;
+        self.request(command, Request::Configure(settings.setup(tick_rate)))?;
         self.table = table;
         Ok(())
     }

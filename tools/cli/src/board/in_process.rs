@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
+use stillbeam_firmware::control::Inputs;
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
 
@@ -61,7 +62,7 @@ impl InProcessBoard {
     fn tick(&mut self) {
         let period_s = self.parts.console.tick_rate().period_s();
         self.clock_s += period_s;
-        self.parts.controller.tick();
+        self.parts.controller.tick(Inputs::default());
         while let Some(sample) = self.parts.samples.dequeue() {
             self.outgoing.extend(format!("{sample}\r\n").as_bytes());
         }
@@ -86,9 +87,13 @@ impl ByteLink for InProcessBoard {
             while self.parts.console.has_waiting_request() {
                 self.tick();
             }
-            if let Some(Effect::Save(settings)) = self.parts.console.take_effect() {
-                let saved = block_on(self.store.save(&settings));
-                self.say(|console, text| console.saved(saved, text));
+            match self.parts.console.take_effect() {
+                None => {}
+                Some(Effect::Save(settings)) => {
+                    let saved = block_on(self.store.save(&settings));
+                    self.say(|console, text| console.saved(saved, text));
+                }
+                Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),
             }
         }
         Ok(())

@@ -7,8 +7,8 @@ use stillbeam_firmware::telemetry::Sample;
 
 use super::{BoardError, ByteLink};
 
-/// How long a reply may take. The slowest the console does is filling the delay lines of a table.
-const REPLY_PATIENCE: Duration = Duration::from_secs(3);
+/// How long a reply may take. The slowest the console does is erasing a sector of the flash, up to 4 s.
+const REPLY_PATIENCE: Duration = Duration::from_secs(10);
 
 /// How long the handshake may take: an emulator looks for a client about once a second.
 const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(8);

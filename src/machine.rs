@@ -2,7 +2,7 @@
 
 use heapless::spsc::{Consumer, Queue};
 
-use crate::console::{Console, Identity};
+use crate::console::{self, Console, Identity};
 use crate::control::{Controller, Links, Request};
 use crate::fault::{EventLog, EventRecord, MAX_EVENTS};
 use crate::settings::Settings;
@@ -78,16 +78,13 @@ impl<'m> Machine<'m> {
         let identity_table = ShaperTable::identity(settings.tick_rate());
         let cascade = Cascade::identity(live);
         let controller = Controller::new(links, cascade, settings.setup(settings.tick_rate()));
-        let console = Console::new(
-            identity,
-            settings,
-            identity_table,
-            spare,
-            request_sender,
-            retired_receiver,
-            EventLog::new(events),
+        let links = console::Links {
+            requests: request_sender,
+            retired: retired_receiver,
+            events: EventLog::new(events),
             status,
-        );
+        };
+        let console = Console::new(identity, settings, identity_table, spare, links);
         Parts { controller, console, samples }
     }
 }

@@ -38,12 +38,25 @@ pub struct Identity {
 }
 
 /// What a command asks of whoever owns the flash, which may take long.
+#[expect(clippy::large_enum_variant, reason = "no heap")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum Effect {
     /// Store these with [`crate::settings::SettingsStore::save`] and tell [`Console::saved`] how it went.
     Save(Settings),
     /// Forget the record of a crash.
     ForgetCrash,
+}
+
+/// The console's ends of the queues.
+pub struct Links<'m> {
+    /// Requests to the interrupt.
+    pub requests: Producer<'m, Request<'m>>,
+    /// History memory of replaced cascades, coming back.
+    pub retired: Consumer<'m, &'m mut [i32]>,
+    /// What has happened.
+    pub events: EventLog<'m>,
+    /// The newest values.
+    pub status: &'m Status,
 }
 
 /// The state of the console.
@@ -76,11 +89,9 @@ impl<'m> Console<'m> {
         settings: Settings,
         table: ShaperTable,
         spare_history: &'m mut [i32],
-        requests: Producer<'m, Request<'m>>,
-        retired: Consumer<'m, &'m mut [i32]>,
-        events: EventLog<'m>,
-        status: &'m Status,
+        links: Links<'m>,
     ) -> Self {
+        let Links { requests, retired, events, status } = links;
         Self {
             identity,
             editor: LineEditor::new(),

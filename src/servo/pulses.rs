@@ -118,6 +118,7 @@ pub struct TrainTiming {
     counts: u16,
 }
 
+#[expect(clippy::indexing_slicing, reason = "evaluated by the compiler")]
 /// ⌊2¹⁶ / n⌋, zero for n = 0, so that the tick multiplies where it would divide.
 const RECIPROCALS: [u32; MAX_STEPS_PER_TICK as usize + 1] = {
     let mut table = [0; MAX_STEPS_PER_TICK as usize + 1];

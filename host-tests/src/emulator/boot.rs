@@ -41,10 +41,20 @@ impl From<EmulatorError> for BootFailure {
     }
 }
 
+/// What a start-up finds.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Circumstances {
+    /// The registers that the driver stands in for.
+    pub cover: ClockCover,
+    /// The virtual time of the reset, in ns modulo 2³².
+    pub reset_at: u32,
+}
+
 /// Runs a CPU that is stopped at reset up to the end of its start-up, then lets go of it.
 pub(super) fn boot<S: Read + Write>(
     mut client: RspClient<S>,
     symbols: &ImageSymbols,
+    circumstances: Circumstances,
     limit: Duration,
 ) -> Result<BootReport, BootFailure> {
     let watched = || ClockCover::REGIONS.into_iter().chain([tick_alignment::REGION]);
@@ -55,7 +65,7 @@ pub(super) fn boot<S: Read + Write>(
     let report = StartUp {
         client: &mut client,
         symbols,
-        cover: ClockCover::default(),
+        circumstances,
         served: 0,
         last_access: None,
         reported_complete: false,
@@ -72,7 +82,7 @@ pub(super) fn boot<S: Read + Write>(
 struct StartUp<'a, S> {
     client: &'a mut RspClient<S>,
     symbols: &'a ImageSymbols,
-    cover: ClockCover,
+    circumstances: Circumstances,
     served: usize,
     last_access: Option<(Direction, u32, u32)>,
     /// The image has called `stillbeam_boot_complete`.
@@ -140,16 +150,17 @@ impl<S: Read + Write> StartUp<'_, S> {
         }
         let value = match access.direction {
             Direction::Load => {
-                let value = self.cover.read(address);
+                let value = self.circumstances.cover.read(address);
                 self.client.set_register(access.transfer, value)?;
                 value
             }
             Direction::Store => {
                 let value = self.client.register(access.transfer)?;
                 if tick_alignment::REGION.contains(address) {
-                    self.tick_started |= tick_alignment::generate_event(self.client, value)?;
+                    self.tick_started |=
+                        tick_alignment::generate_event(self.client, value, self.circumstances.reset_at)?;
                 } else {
-                    self.cover.write(address, value);
+                    self.circumstances.cover.write(address, value);
                 }
                 value
             }

@@ -132,10 +132,12 @@ fn run(board: &mut Board) -> Result<BootReport, String> {
         (BOOT_COMPLETE, 4, "stillbeam_boot_complete".to_owned()),
     ])
     .expect("the function is there");
-    boot(RspClient::new(board), &symbols, Duration::from_millis(30)).map_err(|failure| match failure {
-        BootFailure::Emulator(error) => error.to_string(),
-        BootFailure::Link(error) => error.to_string(),
-    })
+    boot(RspClient::new(board), &symbols, Circumstances::default(), Duration::from_millis(30)).map_err(
+        |failure| match failure {
+            BootFailure::Emulator(error) => error.to_string(),
+            BootFailure::Link(error) => error.to_string(),
+        },
+    )
 }
 
 fn start_timer() -> Stop {

@@ -67,6 +67,13 @@ impl Default for ClockCover {
 }
 
 impl ClockCover {
+    /// The state after a reset whose cause RCC_CSR tells by these flags.
+    pub fn with_reset_flags(flags: u32) -> Self {
+        let mut cover = Self::default();
+        cover.words.insert(RCC_CSR, flags & 0xfe00_0000);
+        cover
+    }
+
     /// The ranges to watch.
     pub const REGIONS: [Region; 3] = [RCC, PWR, FLASH];
 

@@ -22,6 +22,7 @@ pub mod thumb;
 mod tick_alignment;
 mod version;
 
+use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -31,10 +32,11 @@ pub use error::EmulatorError;
 pub use image::{BOOT_COMPLETE_SYMBOL, function_address};
 pub use version::{OLDEST_MAJOR, QemuVersion};
 
-use boot::BootFailure;
+use boot::{BootFailure, Circumstances};
+use clock_cover::ClockCover;
 use image::ImageSymbols;
 use process::QemuProcess;
-use rsp::RspClient;
+use rsp::{RspClient, RspError};
 use serial::HeldSerial;
 use stack::StackRegion;
 use tempfile::TempDir;
@@ -76,6 +78,7 @@ pub struct Emulator {
     version: QemuVersion,
     gdb: PathBuf,
     stack: StackRegion,
+    symbols: ImageSymbols,
     _directory: TempDir,
 }
 
@@ -108,12 +111,12 @@ impl Emulator {
         let report = stack
             .paint(&mut client)
             .map_err(BootFailure::Link)
-            .and_then(|()| boot::boot(client, &symbols, options.boot_limit))
+            .and_then(|()| boot::boot(client, &symbols, Circumstances::default(), options.boot_limit))
             .map_err(|failure| match failure {
                 BootFailure::Emulator(error) => error,
                 BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
             })?;
-        Ok(Self { process, serial, report, version, gdb, stack, _directory: directory })
+        Ok(Self { process, serial, report, version, gdb, stack, symbols, _directory: directory })
     }
 
     /// The pseudo-terminal that is the board's serial port; open it like any serial port.
@@ -130,6 +133,25 @@ impl Emulator {
         let deadline = Instant::now() + Duration::from_secs(5);
         let stream = wait_for(&mut self.process, deadline, "its debug link", || connect(&self.gdb))?;
         Ok(RspClient::new(stream))
+    }
+
+    /// Resets the board and runs its start-up again. Main memory outlives it but for what start-up code initialises.
+    /// `reset_flags` is what RCC_CSR says of the cause.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::boot`].
+    pub fn reset(&mut self, reset_flags: u32, limit: Duration) -> Result<BootReport, EmulatorError> {
+        let mut client = self.debug()?;
+        let circumstances = request_reset(&mut client)
+            .map(|reset_at| Circumstances { cover: ClockCover::with_reset_flags(reset_flags), reset_at });
+        circumstances
+            .map_err(BootFailure::Link)
+            .and_then(|circumstances| boot::boot(client, &self.symbols, circumstances, limit))
+            .map_err(|failure| match failure {
+                BootFailure::Emulator(error) => error,
+                BootFailure::Link(source) => EmulatorError::Link { source, output: self.process.output() },
+            })
     }
 
     /// Where the image's stack is. It was painted before the image started.
@@ -166,6 +188,27 @@ impl Emulator {
             }),
         }
     }
+}
+
+/// Resets a stopped CPU and returns the virtual time at which that was.
+fn request_reset<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
+    /// Application interrupt and reset control, its key and "system reset request".
+    const AIRCR: u32 = 0xe000_ed0c;
+    const SYSTEM_RESET: u32 = 0x05fa_0004;
+    const STACK_POINTER: u8 = 13;
+    const MARK: u32 = 0x1357_9bd8;
+    let reset_at = tick_alignment::virtual_time(client)?;
+    // The reset comes some time after the request; it is over when it has set the stack pointer anew.
+    client.set_register(STACK_POINTER, MARK)?;
+    client.write_word(AIRCR, SYSTEM_RESET)?;
+    let deadline = Instant::now() + Duration::from_secs(5);
+    while client.register(STACK_POINTER)? == MARK {
+        if Instant::now() >= deadline {
+            return Err(RspError::Timeout { limit: Duration::from_secs(5) });
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    Ok(reset_at)
 }
 
 fn connect(gdb: &Path) -> std::io::Result<UnixStream> {

@@ -6,7 +6,7 @@
 //! that starts 6 ms after reset therefore ticks every 6 ms, whatever ARR says. Writing the counter
 //! with the virtual time itself makes the offset zero and the period exactly ARR ns; the driver
 //! does so in place of the image's own UG write. TIM5, which the image leaves alone, tells the
-//! virtual time: its offset is zero since reset.
+//! virtual time: its offset is that of the last reset.
 //!
 //! The period depends on ARR alone from then on, so changes of rate need no further help as long as
 //! the image makes them by writing ARR (it does).
@@ -25,17 +25,24 @@ const UG: u32 = 1;
 /// The register to watch.
 pub(super) const REGION: Region = Region { base: TIM2_EGR, length: 4 };
 
-/// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period.
+/// The virtual time in ns, modulo 2³², as long as TIM5 has counted since the emulator started and not since a later reset.
+pub(super) fn virtual_time<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
+    client.read_word(TIM5_CNT)
+}
+
+/// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at` is the virtual
+/// time of the last reset, from which TIM5 counts.
 pub(super) fn generate_event<S: Read + Write>(
     client: &mut RspClient<S>,
     value: u32,
+    reset_at: u32,
 ) -> Result<bool, RspError> {
     if value & UG == 0 {
         client.write_word(TIM2_EGR, value)?;
         return Ok(false);
     }
     // The CPU is stopped, so virtual time stands still between the two.
-    let now = client.read_word(TIM5_CNT)?;
+    let now = client.read_word(TIM5_CNT)?.wrapping_add(reset_at);
     client.write_word(TIM2_CNT, now)?;
     Ok(true)
 }

@@ -1,0 +1,176 @@
+//! Crashes, resets and emergencies of the unmodified release image on an emulated board.
+//!
+//! The image has no back door by which it could be made to fail: the debugger's link breaks it from outside.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use stillbeam::board::Session;
+use stillbeam::board::serial::SerialBoard;
+use stillbeam_firmware::restart::CrashRecord;
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
+
+const STACK_POINTER: u8 = 13;
+const PC: u8 = 15;
+/// Where memory.x has the record of a crash.
+const CRASH: u32 = 0x2001_ff00;
+/// RCC_CSR after a reset by software and by the watchdog, the pin's flag with it as on the chip.
+const SOFTWARE_RESET: u32 = 0x1400_0000;
+const WATCHDOG_RESET: u32 = 0x2400_0000;
+/// For a machine that is busy with other things.
+const PATIENCE: Duration = Duration::from_secs(30);
+const BOOT_LIMIT: Duration = Duration::from_secs(60);
+
+fn image() -> Option<PathBuf> {
+    let image = std::env::var_os("STILLBEAM_IMAGE").map(PathBuf::from);
+    if image.is_none() {
+        println!("not run: no firmware image; `cargo xtask test` builds one and sets STILLBEAM_IMAGE");
+    }
+    image
+}
+
+fn boot(image: &Path) -> Emulator {
+    Emulator::boot(image, &EmulatorOptions::default()).expect("the image boots")
+}
+
+fn talk(emulator: &Emulator) -> Session {
+    let path = emulator.serial_port().to_str().expect("a readable path").to_owned();
+    let port = SerialBoard::open(&path).expect("the port opens");
+    Session::start_within(Box::new(port), PATIENCE).expect("the console answers")
+}
+
+/// Lets the CPU run for a moment and stops it again; the record that is in memory then.
+fn crash(
+    emulator: &mut Emulator,
+    break_it: impl FnOnce(&mut dyn FnMut(u8, u32), &mut dyn FnMut(u32, &[u8])),
+) -> CrashRecord {
+    let mut client = emulator.debug().expect("a link");
+    let mut registers = Vec::new();
+    let mut memory = Vec::new();
+    break_it(&mut |register, value| registers.push((register, value)), &mut |address, bytes| {
+        memory.push((address, bytes.to_vec()));
+    });
+    for (address, bytes) in memory {
+        client.write_memory(address, &bytes).expect("written");
+    }
+    for (register, value) in registers {
+        client.set_register(register, value).expect("set");
+    }
+    // It stops by itself only for breakpoints, and the handler ends in a loop.
+    client.resume(Duration::from_millis(500)).expect_err("it does not come back");
+    client.interrupt().expect("stopped");
+    let bytes = client.memory(CRASH, 256).expect("the region is read");
+    client.detach().expect("detached");
+    CrashRecord::decode(&bytes.try_into().expect("256 bytes")).expect("a record")
+}
+
+/// What `info` says after `key`.
+fn info(session: &mut Session, key: &str) -> String {
+    let info = session.command("info").expect("info");
+    info.line(key).unwrap_or_else(|| panic!("no {key} in {info:?}")).to_owned()
+}
+
+#[test]
+fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_cleared() {
+    let Some(image) = image() else { return };
+    let mut emulator = boot(&image);
+    {
+        let mut session = talk(&emulator);
+        assert_eq!(
+            (info(&mut session, "reset"), info(&mut session, "crash")),
+            ("power_on".into(), "none".into())
+        );
+        session.command("move 20").expect("accepted");
+    }
+    // An undefined instruction in memory of the test's own choice: unused RAM below the record.
+    let nowhere = CRASH - 64;
+    let record = crash(&mut emulator, |register, memory| {
+        memory(nowhere, &[0x00, 0xde, 0x00, 0xde]);
+        register(PC, nowhere);
+    });
+    assert_eq!((record.kind.name(), record.registers.pc), ("hard_fault", nowhere));
+    assert_eq!(record.registers.cfsr, 0x0001_0000, "undefined instruction");
+    assert!(record.tick > 0);
+
+    emulator.reset(WATCHDOG_RESET, BOOT_LIMIT).expect("it starts again");
+    let mut session = talk(&emulator);
+    assert_eq!(info(&mut session, "reset"), "watchdog");
+    assert_eq!(info(&mut session, "crash"), record.to_string());
+    let status = session.command("status").expect("status");
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("disabled")));
+    assert!(session.command("move 1").expect_err("held").to_string().contains("clear"));
+    session.command("crash clear").expect("forgotten");
+    session.command_when_ready("clear").expect("cleared");
+    let status = session.command("status").expect("status");
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("none"), Some("enabled")));
+    session.command("move 1").expect("accepted");
+    assert_eq!(session.wait_for_rest(Duration::from_secs(60)).expect("rest"), 1_000_000, "the tick runs");
+    drop(session);
+
+    emulator.reset(SOFTWARE_RESET, BOOT_LIMIT).expect("it starts again");
+    let mut session = talk(&emulator);
+    assert_eq!(
+        (info(&mut session, "reset"), info(&mut session, "crash")),
+        ("software".into(), "none".into())
+    );
+    assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+}
+
+#[test]
+fn a_stack_that_runs_over_ends_in_a_fault_that_is_recorded() {
+    let Some(image) = image() else { return };
+    let mut emulator = boot(&image);
+    let low = emulator.stack().low;
+    let record = crash(&mut emulator, |register, memory| {
+        // `push {r0-r7}; b .-2`: a recursion without end, from where the stack has 256 bytes left.
+        let nowhere = CRASH - 64;
+        memory(nowhere, &[0xff, 0xb4, 0xfd, 0xe7]);
+        register(STACK_POINTER, low + 256);
+        register(PC, nowhere);
+    });
+    assert_eq!(record.kind.name(), "hard_fault");
+    assert!(record.registers.sp < low + 64, "{record}");
+    assert_eq!(record.message.as_str(), "the stack is full");
+}
+
+#[test]
+fn an_edge_at_the_emergency_input_stops_the_machine_until_cleared() {
+    let Some(image) = image() else { return };
+    let mut emulator = boot(&image);
+    let mut session = talk(&emulator);
+    for line in ["set emergency.input high", "set move.velocity_mm_s 5", "apply", "move 100"] {
+        session.command_when_ready(line).expect(line);
+    }
+    // The emulator has no port B to drive. The edge's interrupt is set pending as the edge would: EXTI1 is number 7.
+    const PEND: u32 = 0xe000_e200;
+    let mut client = emulator.debug().expect("a link");
+    client.write_word(PEND, 1 << 7).expect("pending");
+    client.detach().expect("detached");
+    let status = session.command("status").expect("status");
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("emergency"), Some("disabled")));
+    let events = session.command("events").expect("events");
+    assert!(events.lines.iter().any(|event| event.ends_with("emergency 1")), "{events:?}");
+    let held = status.line("setpoint_nm").map(str::to_owned);
+    assert_eq!(session.command("status").expect("status").line("setpoint_nm"), held.as_deref());
+    session.command_when_ready("clear").expect("cleared");
+    assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+
+    // The port reads low there, which is a level to act on too.
+    for line in ["set emergency.input low", "apply"] {
+        session.command_when_ready(line).expect(line);
+    }
+    assert_eq!(session.command("status").expect("status").line("fault"), Some("emergency"));
+    assert!(session.command("clear").expect_err("still active").to_string().contains("release"));
+}
+
+#[test]
+fn long_replies_arrive_whole() {
+    let Some(image) = image() else { return };
+    let emulator = boot(&image);
+    let mut session = talk(&emulator);
+    for _ in 0..20 {
+        let settings = session.command("get").expect("get").lines;
+        assert!(settings.iter().map(String::len).sum::<usize>() > 1024, "longer than the port's buffer");
+        assert!(session.command("help").expect("help").lines.len() > 20);
+    }
+}

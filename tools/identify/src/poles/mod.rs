@@ -1,0 +1,104 @@
+//! Modes by the classical methods: second opinions on the fit of the record, and starts for it.
+//!
+//! | method | from | where it is biased |
+//! |---|---|---|
+//! | peak picking | averaged response | half-power bands narrower than a few lines are too wide; close modes |
+//! | least-squares complex exponential | impulse response or free decay | noise damps it: the equations are not weighted by the noise |
+//! | least-squares complex frequency (pLSCF of one input) | frequency response | leakage: without noise it misses the damping of a record shorter than the decay by tens of percent |
+//! | local rational | spectra of the whole record | noise on narrow resonances; a second mode within the window |
+//! | eigensystem realisation | free decay | noise damps weak modes; amplitude dependence |
+//!
+//! [`survey_forced`] and [`survey_decay`] run all that apply and return poles of one type.
+
+mod clusters;
+mod exponential;
+mod frequency_domain;
+mod local;
+mod peak_picking;
+mod polynomial;
+mod realisation;
+mod stabilisation;
+mod survey;
+
+pub use clusters::{Pick, Rejected};
+pub use exponential::complex_exponential;
+pub use frequency_domain::complex_frequency;
+pub use local::local_rational_poles;
+pub use peak_picking::peak_picking;
+pub use realisation::eigensystem_realisation;
+pub use stabilisation::{ChartPole, OrderPoles, PoleVerdict, StabilisationChart, Tolerances};
+pub use survey::{Survey, survey_decay, survey_forced};
+
+use std::f64::consts::TAU;
+
+use rustfft::num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+
+/// A method that finds modes without simulating the record.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PoleMethod {
+    /// Maximum and half-power band of an averaged frequency response.
+    PeakPicking,
+    /// Least-squares complex exponential (LSCE) on an impulse response; Prony's method on a free decay.
+    ComplexExponential,
+    /// Least-squares complex frequency (LSCF, the poly-reference pLSCF with one reference) on H1.
+    ComplexFrequency,
+    /// The same on the local rational response, weighted by its variance.
+    ComplexFrequencyLocal,
+    /// Pole of the local rational response around a resonance.
+    LocalRational,
+    /// Eigensystem realisation algorithm (ERA).
+    EigensystemRealisation,
+}
+
+/// A mode as one method sees it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MethodMode {
+    /// The method.
+    pub method: PoleMethod,
+    /// Undamped natural frequency, Hz.
+    pub frequency_hz: f64,
+    /// Its standard error, Hz, if the method has one.
+    pub frequency_stderr_hz: Option<f64>,
+    /// Damping ratio.
+    pub damping_ratio: f64,
+    /// Its standard error, if the method has one.
+    pub damping_stderr: Option<f64>,
+}
+
+impl MethodMode {
+    /// A mode without standard errors.
+    pub(crate) fn plain(method: PoleMethod, pole: ContinuousPole) -> Self {
+        Self {
+            method,
+            frequency_hz: pole.frequency_hz,
+            frequency_stderr_hz: None,
+            damping_ratio: pole.damping_ratio,
+            damping_stderr: None,
+        }
+    }
+}
+
+/// Frequency and damping of a pole, stable or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuousPole {
+    /// |s| / 2π, Hz.
+    pub frequency_hz: f64,
+    /// −Re s / |s|; negative for a pole that grows.
+    pub damping_ratio: f64,
+}
+
+impl ContinuousPole {
+    /// From a pole s, rad/s. `None` for one that does not oscillate, or the conjugate of one that does.
+    pub fn of_s(s: Complex64) -> Option<Self> {
+        let size = s.norm();
+        (s.im > 0.0 && size.is_finite())
+            .then(|| Self { frequency_hz: size / TAU, damping_ratio: -s.re / size })
+    }
+
+    /// From a pole z of a sequence with this interval, s.
+    pub fn of_z(z: Complex64, interval_s: f64) -> Option<Self> {
+        (z.norm() > 0.0).then(|| z.ln() / interval_s).and_then(Self::of_s)
+    }
+}

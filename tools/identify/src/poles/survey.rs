@@ -1,0 +1,192 @@
+//! All methods on one record.
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex64;
+
+use super::exponential::complex_exponential;
+use super::frequency_domain::Moments;
+use super::realisation::Realisation;
+use super::{
+    ContinuousPole, MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles,
+    peak_picking,
+};
+use crate::frf::{
+    AveragedSpectra, DEFAULT_SEGMENTS, FrfEstimate, LocalOptions, UniformRecord, local_polynomial,
+    local_rational,
+};
+use crate::sweep_fit::MAX_MODES;
+
+/// Model orders of the charts.
+const ORDERS: std::ops::RangeInclusive<usize> = 4..=40;
+/// Orders of a realisation are even: two per mode, and one that takes the noise.
+const REALISATION_ORDERS: std::ops::RangeInclusive<usize> = 2..=32;
+/// Samples of an impulse response that are skipped: the direct part of a motion ratio.
+const DIRECT: usize = 2;
+/// Decays of fewer samples are taken as they are.
+const SHORTEST: usize = 64;
+/// A decay is resampled to this many times its highest frequency.
+const SAMPLES_PER_PERIOD: f64 = 5.0;
+
+/// What the methods see in a record.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Survey {
+    /// Frequency responses: H1, H2, Hv, local polynomial, local rational; none of a free decay.
+    pub frf: Vec<FrfEstimate>,
+    /// Stabilisation charts, one per method that has a model order.
+    pub charts: Vec<StabilisationChart>,
+    /// Modes by every method: the picks of the charts, and those of the methods without one.
+    pub modes: Vec<MethodMode>,
+}
+
+/// Runs the frequency-domain methods on a forced record; the band is the excited one unless given, Hz.
+pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Survey {
+    let band_hz = band_hz.unwrap_or_else(|| record.excited_band_hz());
+    let tolerances = Tolerances::default();
+    let averaged = AveragedSpectra::new(record, DEFAULT_SEGMENTS);
+    let h1 = averaged.h1().within(band_hz);
+    // The paper's: the whole record under one window, for resolution.
+    let whole = AveragedSpectra::new(record, 1).h1().within(band_hz);
+    let polynomial = local_polynomial(record, band_hz, LocalOptions::default());
+    let rational = local_rational(record, band_hz, LocalOptions { order: 2, half_width: 12 });
+
+    let mut modes = peak_picking(&h1, MAX_MODES);
+    let mut charts = vec![
+        frequency_chart(PoleMethod::ComplexFrequency, &whole, band_hz, tolerances),
+        exponential_chart(&whole, band_hz, tolerances),
+    ];
+    if let Some(rational) = &rational {
+        charts.push(frequency_chart(PoleMethod::ComplexFrequencyLocal, rational, band_hz, tolerances));
+    }
+    modes.extend(charts.iter().flat_map(picked));
+    // The charts' picks are the only places where a resonance is looked for locally.
+    let near_hz = places(&modes, 2.0 * whole.resolution_hz());
+    modes.extend(local_rational_poles(record, &near_hz));
+    let frf = [
+        Some(h1),
+        Some(averaged.h2().within(band_hz)),
+        Some(averaged.hv().within(band_hz)),
+        polynomial,
+        rational,
+    ];
+    Survey { frf: frf.into_iter().flatten().collect(), charts, modes }
+}
+
+/// Runs the methods for free decays on an evenly sampled one; `highest_hz` is the highest frequency of interest.
+pub fn survey_decay(decay: &[f64], interval_s: f64, highest_hz: f64) -> Survey {
+    let (sequence, interval_s) = resampled(decay, interval_s, highest_hz);
+    let band_hz = [1.0 / (sequence.len().max(1) as f64 * interval_s), highest_hz];
+    let tolerances = Tolerances::default();
+    let exponential: Vec<OrderPoles> = ORDERS
+        .map(|order| OrderPoles { order, poles: complex_exponential(&sequence, interval_s, order) })
+        .collect();
+    let mut charts =
+        vec![StabilisationChart::new(PoleMethod::ComplexExponential, &exponential, band_hz, tolerances)];
+    if let Some(realised) = Realisation::new(&sequence, interval_s) {
+        let orders: Vec<OrderPoles> = REALISATION_ORDERS
+            .step_by(2)
+            .map(|order| OrderPoles { order, poles: realised.poles(order) })
+            .collect();
+        charts.push(StabilisationChart::new(
+            PoleMethod::EigensystemRealisation,
+            &orders,
+            band_hz,
+            tolerances,
+        ));
+    }
+    let modes = charts.iter().flat_map(picked).collect();
+    Survey { frf: Vec::new(), charts, modes }
+}
+
+fn picked(chart: &StabilisationChart) -> Vec<MethodMode> {
+    let pole = |pick: &super::Pick| ContinuousPole {
+        frequency_hz: pick.frequency_hz,
+        damping_ratio: pick.damping_ratio,
+    };
+    chart.picks.iter().map(|pick| MethodMode::plain(chart.method, pole(pick))).collect()
+}
+
+/// Frequencies of the modes, those within a distance taken once.
+fn places(modes: &[MethodMode], apart_hz: f64) -> Vec<f64> {
+    let mut frequencies: Vec<f64> = modes.iter().map(|mode| mode.frequency_hz).collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies.dedup_by(|b, a| *b - *a < apart_hz.max(0.01 * *a));
+    frequencies
+}
+
+fn frequency_chart(
+    method: PoleMethod,
+    frf: &FrfEstimate,
+    band_hz: [f64; 2],
+    tolerances: Tolerances,
+) -> StabilisationChart {
+    let moments = Moments::new(std::slice::from_ref(frf), *ORDERS.end());
+    let orders: Vec<OrderPoles> = ORDERS
+        .map(|order| OrderPoles {
+            order,
+            poles: moments.as_ref().map(|moments| moments.poles(order)).unwrap_or_default(),
+        })
+        .collect();
+    StabilisationChart::new(method, &orders, band_hz, tolerances)
+}
+
+fn exponential_chart(frf: &FrfEstimate, band_hz: [f64; 2], tolerances: Tolerances) -> StabilisationChart {
+    let (impulse, interval_s) = impulse_response(frf);
+    // What comes after the middle is the part before zero time of a response cut off at both ends.
+    let used = impulse.get(DIRECT..impulse.len() / 2).unwrap_or(&[]);
+    let orders: Vec<OrderPoles> = ORDERS
+        .map(|order| OrderPoles { order, poles: complex_exponential(used, interval_s, order) })
+        .collect();
+    StabilisationChart::new(PoleMethod::ComplexExponential, &orders, band_hz, tolerances)
+}
+
+/// The impulse response of a frequency response, zero below and above its lines, and its interval in s.
+fn impulse_response(frf: &FrfEstimate) -> (Vec<f64>, f64) {
+    let line_hz = frf.resolution_hz();
+    let Some(highest_hz) = frf.frequency_hz.last().filter(|_| line_hz > 0.0) else {
+        return (Vec::new(), 1.0);
+    };
+    let lines = (highest_hz / line_hz).round() as usize;
+    let mut bins = vec![Complex64::new(0.0, 0.0); 2 * lines];
+    let length = bins.len();
+    for (f, value) in frf.frequency_hz.iter().zip(&frf.response) {
+        let k = (f / line_hz).round() as usize;
+        if (1..lines).contains(&k) {
+            bins[k] = *value;
+            bins[length - k] = value.conj();
+        }
+    }
+    FftPlanner::new().plan_fft_inverse(length).process(&mut bins);
+    (bins.iter().map(|bin| bin.re / length as f64).collect(), 0.5 / (lines as f64 * line_hz))
+}
+
+/// The decay without its mean, at a rate that its highest frequency needs, and the interval.
+fn resampled(decay: &[f64], interval_s: f64, highest_hz: f64) -> (Vec<f64>, f64) {
+    let mean = decay.iter().sum::<f64>() / decay.len().max(1) as f64;
+    let centred = || decay.iter().map(|value| value - mean);
+    let factor = 1.0 / (interval_s * SAMPLES_PER_PERIOD * highest_hz);
+    if decay.len() < SHORTEST || !(factor >= 1.5 && factor.is_finite()) {
+        return (centred().collect(), interval_s);
+    }
+    // Low-pass and decimation in one: the spectrum, padded so that the end does not wrap, cut off and turned back.
+    let length = (decay.len() + decay.len() / 4).next_power_of_two();
+    let mut bins: Vec<Complex64> = centred().map(Complex64::from).collect();
+    bins.resize(length, Complex64::new(0.0, 0.0));
+    FftPlanner::new().plan_fft_forward(length).process(&mut bins);
+    let kept = 2 * ((length as f64 / (2.0 * factor)) as usize).max(4);
+    let mut band = vec![Complex64::new(0.0, 0.0); kept];
+    for k in 0..kept / 2 {
+        // The upper fifth fades out: an edge would ring at the beginning.
+        let share = k as f64 / (kept / 2) as f64;
+        let fade = 0.5 + 0.5 * (std::f64::consts::PI * ((share - 0.8) / 0.2).max(0.0)).cos();
+        band[k] = bins[k] * fade / length as f64;
+        if k > 0 {
+            band[kept - k] = band[k].conj();
+        }
+    }
+    FftPlanner::new().plan_fft_inverse(kept).process(&mut band);
+    let step_s = length as f64 * interval_s / kept as f64;
+    let count = (decay.len() as f64 * interval_s / step_s) as usize;
+    // The abrupt beginning disturbs the first few samples.
+    let inner = band.iter().map(|value| value.re).take(count).skip(8);
+    (inner.collect(), step_s)
+}

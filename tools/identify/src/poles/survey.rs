@@ -10,11 +10,11 @@ use super::{
     ContinuousPole, MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles,
     peak_picking,
 };
+use crate::MAX_MODES;
 use crate::frf::{
     AveragedSpectra, DEFAULT_SEGMENTS, FrfEstimate, LocalOptions, UniformRecord, local_polynomial,
     local_rational,
 };
-use crate::sweep_fit::MAX_MODES;
 
 /// Model orders of the charts.
 const ORDERS: std::ops::RangeInclusive<usize> = 4..=40;

@@ -2,6 +2,7 @@
 
 use std::io::ErrorKind;
 
+use stillbeam_diagnose::DiagnoseError;
 use stillbeam_identify::IdentifyError;
 use stillbeam_plant::{CameraError, ModelFileError, PlantError};
 use stillbeam_recording::RecordingError;
@@ -20,6 +21,9 @@ pub enum CliError {
     /// An identification.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
+    /// A diagnosis.
+    #[error(transparent)]
+    Diagnose(#[from] DiagnoseError),
     /// A model file.
     #[error(transparent)]
     ModelFile(#[from] ModelFileError),

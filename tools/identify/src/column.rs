@@ -9,7 +9,7 @@ use crate::tall::{add_scaled, dot};
 
 /// The rows `start..start + values.len()`; all others are zero.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Column {
+pub struct Column {
     /// First row that is kept.
     pub(crate) start: usize,
     /// The rows from there on.

@@ -21,16 +21,16 @@ pub enum InputInterpolation {
 
 /// A piecewise polynomial: on piece k, value = sum over j of `coefficients[k][j] * (t - knots_s[k])^j`.
 #[derive(Debug, Clone)]
-pub(crate) struct PiecewiseCubic {
+pub struct PiecewiseCubic {
     /// Ends of the pieces, one more than pieces, strictly increasing, seconds.
-    pub(crate) knots_s: Vec<f64>,
+    pub knots_s: Vec<f64>,
     /// Polynomial of each piece.
-    pub(crate) coefficients: Vec<[f64; 4]>,
+    pub coefficients: Vec<[f64; 4]>,
 }
 
 impl PiecewiseCubic {
     /// Through all samples; at least four, times strictly increasing, all finite.
-    pub(crate) fn new(time_s: &[f64], samples: &[f64], kind: InputInterpolation) -> Self {
+    pub fn new(time_s: &[f64], samples: &[f64], kind: InputInterpolation) -> Self {
         let coefficients = match kind {
             InputInterpolation::Cubic => cubic_pieces(time_s, samples),
             InputInterpolation::Linear => {
@@ -42,7 +42,7 @@ impl PiecewiseCubic {
     }
 
     /// Values and first two derivatives at increasing times; times outside use the end pieces.
-    pub(crate) fn sample(&self, times_s: impl IntoIterator<Item = f64>) -> Vec<[f64; 3]> {
+    pub fn sample(&self, times_s: impl IntoIterator<Item = f64>) -> Vec<[f64; 3]> {
         let last = self.coefficients.len().saturating_sub(1);
         let mut piece = 0;
         times_s
@@ -58,7 +58,7 @@ impl PiecewiseCubic {
 }
 
 /// Value, first and second derivative.
-pub(crate) fn polynomial(c: &[f64; 4], s: f64) -> [f64; 3] {
+pub fn polynomial(c: &[f64; 4], s: f64) -> [f64; 3] {
     [
         c[0] + s * (c[1] + s * (c[2] + s * c[3])),
         c[1] + s * (2.0 * c[2] + s * 3.0 * c[3]),

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::column::Column;
 
 /// Inner product, summed in eight lanes so that the compiler may vectorise it.
-pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
+pub fn dot(left: &[f64], right: &[f64]) -> f64 {
     let mut lanes = [0.0; 8];
     let mut left_chunks = left.chunks_exact(8);
     let mut right_chunks = right.chunks_exact(8);
@@ -19,7 +19,7 @@ pub(crate) fn dot(left: &[f64], right: &[f64]) -> f64 {
 }
 
 /// `target += factor * column`.
-pub(crate) fn add_scaled(target: &mut [f64], factor: f64, column: &[f64]) {
+pub fn add_scaled(target: &mut [f64], factor: f64, column: &[f64]) {
     for (value, c) in target.iter_mut().zip(column) {
         *value += factor * c;
     }
@@ -44,7 +44,7 @@ const DEPENDENT: f64 = 1e-10;
 ///
 /// Push columns with few rows first: a direction has the rows of all columns before it that it meets.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Orthonormal {
+pub struct Orthonormal {
     /// The basis; a dependent column leaves an empty one.
     directions: Vec<Column>,
     /// For every pushed column: its components along all directions up to its own.
@@ -53,7 +53,7 @@ pub(crate) struct Orthonormal {
 
 impl Orthonormal {
     /// Adds a column by Gram-Schmidt, repeated where cancellation made the first pass inexact.
-    pub(crate) fn push(&mut self, column: impl Into<Column>) {
+    pub fn push(&mut self, column: impl Into<Column>) {
         let mut column = column.into();
         let length = column.dot(&column).sqrt();
         let mut components = vec![0.0; self.directions.len() + 1];
@@ -89,7 +89,7 @@ impl Orthonormal {
     }
 
     /// Takes the part inside the span out of `vector`; returns the components.
-    pub(crate) fn remove_from(&self, vector: &mut [f64]) -> Vec<f64> {
+    pub fn remove_from(&self, vector: &mut [f64]) -> Vec<f64> {
         let mut components = Vec::with_capacity(self.directions.len());
         for direction in &self.directions {
             let along = direction.dot_dense(vector);
@@ -110,7 +110,7 @@ impl Orthonormal {
     }
 
     /// Coefficients of the pushed columns from the components; 0 for dependent columns.
-    pub(crate) fn coefficients(&self, components: &[f64]) -> Vec<f64> {
+    pub fn coefficients(&self, components: &[f64]) -> Vec<f64> {
         let mut remaining = components.to_vec();
         let mut coefficients = vec![0.0; remaining.len()];
         for (index, column) in self.triangle.iter().enumerate().rev() {

@@ -3,6 +3,7 @@
 pub mod console;
 pub mod convert;
 pub mod demo;
+pub mod diagnose;
 pub mod flash;
 pub mod identify;
 pub mod model;
@@ -36,6 +37,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    Diagnose(diagnose::DiagnoseArgs),
     Identify(identify::IdentifyArgs),
     Convert(convert::ConvertArgs),
     Shape(shape::ShapeArgs),
@@ -55,6 +57,7 @@ impl Cli {
     /// [`CliError`], whose message is for people and whose [`CliError::exit_code`] for programs.
     pub fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         match &self.command {
+            Command::Diagnose(args) => args.run(streams),
             Command::Identify(args) => args.run(streams),
             Command::Convert(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),

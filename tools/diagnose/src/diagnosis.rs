@@ -1,0 +1,202 @@
+//! From a model and recordings to a verdict: the pipeline, readable from top to bottom.
+
+use std::time::Instant;
+
+use stillbeam_plant::Model;
+use stillbeam_recording::{Recording, Role};
+
+use crate::adequacy::Adequacy;
+use crate::error::DiagnoseError;
+use crate::intervals::standard_errors;
+use crate::naming::scales::Scales;
+use crate::naming::screening::{Screened, cosines};
+use crate::naming::selection::Search;
+use crate::naming::trials::{Candidate, all_candidates};
+use crate::options::Options;
+use crate::quality::{fits, role_of};
+use crate::result::{
+    Confusability, Diagnosis, Effect, Fits, Overlay, ParameterChange, RecordRole, ResidualTests,
+    SCHEMA_VERSION, Verdict,
+};
+use crate::simulation::Hypothesis;
+use crate::study::{Compared, OnAll, Study, compare};
+use crate::verdict::{effects, rows, ties, verdict};
+
+/// What a diagnosis is doing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Progress {
+    /// The step, in words.
+    pub step: String,
+    /// How much of the whole is done, 0 to 1.
+    pub done: f64,
+}
+
+/// Diagnoses a model on recordings.
+///
+/// `recordings` are trained on, except those whose side file says `held_out`; `held_out` are judged on. Without any to
+/// judge on, the last training recording is held out, or the second half of the only one, and the
+/// result says what could therefore not be decided.
+///
+/// # Errors
+/// [`DiagnoseError`]: which recording does not fit the model, why, and the remedy.
+pub fn diagnose(
+    model: &Model,
+    recordings: &[Recording],
+    held_out: &[Recording],
+    options: &Options,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Diagnosis, DiagnoseError> {
+    let started = Instant::now();
+    let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
+    say("reading the recordings", 0.0);
+    let mut study = Study::new(model, recordings, held_out)?;
+    say("refitting the model within its own parameters", 0.05);
+    let given = Hypothesis { model: model.clone() };
+    let compared = compare(&mut study, &given)?;
+    let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
+    let refit_adequate = is_adequate(&tests, options);
+    say("trying the catalogue of physics", 0.2);
+    let candidates = candidates(&study, &compared, options);
+    let search =
+        Search { study: &study, candidates: &candidates, options, given_laws: model.setup().physics.len() };
+    let selection =
+        search.run(&compared.refitted, compared.refitted_on_all.held_out.clone(), &mut |step| say(step, 0.5));
+    say("testing what is left", 0.95);
+    let extended = (!selection.chosen.laws.is_empty()).then(|| OnAll {
+        train: selection.chosen.fitted.records.clone(),
+        held_out: selection.chosen.held_out.clone(),
+    });
+    let final_on_all = extended.as_ref().unwrap_or(&compared.refitted_on_all);
+    let floors = if extended.is_some() { study.floors(final_on_all) } else { compared.floors.clone() };
+    let final_tests = study.adequacies(final_on_all, &floors);
+    let columns = model.output_columns();
+    let samples = study.stack(Role::Train).present() as f64;
+    let verdict = verdict(&selection, refit_adequate, is_adequate(&final_tests, options));
+    let effects = effects(&selection, &candidates, samples);
+    let models = [&compared.given, &compared.refitted_on_all];
+    let fit = fits(&study, &columns, models, extended.as_ref(), &floors);
+    let promising: Vec<&Screened> =
+        selection.screened.iter().filter(|screened| screened.t.abs() > options.training_gate).collect();
+    Ok(Diagnosis {
+        schema_version: SCHEMA_VERSION,
+        verdict,
+        sentence: sentence(verdict, &effects, &fit),
+        caps: study.caps.clone(),
+        ties: ties(&selection, &candidates),
+        candidates: rows(&selection, &candidates, options.training_gate),
+        confusability: Confusability {
+            candidates: promising.iter().map(|s| candidates[s.candidate].name()).collect(),
+            cosine: cosines(&promising),
+        },
+        effects,
+        parameter_changes: parameter_changes(&study, &compared),
+        undetermined_parameters: compared.undetermined.clone(),
+        mismatch: None,
+        fit,
+        next_experiment: None,
+        residual_tests: pooled_tests(&final_tests),
+        set_aside: study.set_aside.clone(),
+        seconds: started.elapsed().as_secs_f64(),
+        overlays: overlays(&study, &columns, models, extended.as_ref()),
+        extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
+    })
+}
+
+/// The catalogue, with trial values that fit this machine.
+fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {
+    let hypothesis = &compared.refitted.hypothesis;
+    let Some(scales) = Scales::new(hypothesis, &study.train) else { return Vec::new() };
+    let peaks_hz = study.peaks_hz(&compared.refitted_on_all);
+    all_candidates(hypothesis, &scales, &study.train, &peaks_hz, &options.without)
+}
+
+/// The verdict in words, with the numbers of the first output that was recorded.
+fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
+    let pooled =
+        fit.pooled.iter().find(|pooled| pooled.role == RecordRole::HeldOut).or_else(|| fit.pooled.first());
+    let numbers = pooled.map_or_else(String::new, |pooled| {
+        let fits = &pooled.fits;
+        let role = if pooled.role == RecordRole::HeldOut { "held-out" } else { "training" };
+        let extended = fits.extended.map_or_else(String::new, |extended| format!(" to {:.3e}", extended.rms));
+        format!(
+            "The {role} error of {} goes from {:.3e} as given to {:.3e} refitted{extended}, the noise being {:.3e}.",
+            pooled.output, fits.given.rms, fits.refitted_linear.rms, fits.given.noise_floor
+        )
+    });
+    let first = effects.first().map(|effect| effect.sentence.as_str()).unwrap_or_default();
+    match verdict {
+        Verdict::Adequate => format!(
+            "Nothing is missing: refitted within its own parameters the model explains the recordings down to the noise. {numbers}"
+        ),
+        Verdict::Unexplained => {
+            format!("Something is missing that no law of the catalogue explains. {numbers}")
+        }
+        Verdict::Ambiguous => {
+            format!("Several candidates explain the recordings equally well. {first} {numbers}")
+        }
+        Verdict::Improved => format!("{first} {numbers} A structured rest remains."),
+        Verdict::Explained => format!("{first} {numbers}"),
+    }
+}
+
+/// Whether nothing but noise is left on any recording; the probability of a false alarm is shared between tests.
+fn is_adequate(tests: &[(Role, Adequacy)], options: &Options) -> bool {
+    let significance = options.significance / tests.len().max(1) as f64;
+    tests.iter().all(|(_, test)| test.holds(significance))
+}
+
+fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
+    let smallest = |pick: &dyn Fn(&Adequacy) -> f64| {
+        // Bonferroni: the smallest of several.
+        let smallest = tests.iter().map(|(_, test)| pick(test)).fold(1.0, f64::min);
+        (smallest * tests.len() as f64).min(1.0)
+    };
+    ResidualTests {
+        whiteness_p: smallest(&|test| test.whiteness_p),
+        cross_correlation_p: smallest(&|test| test.cross_correlation_p),
+        structure_p: smallest(&|test| test.structure_p),
+        odd_distortion_db: None,
+        even_distortion_db: None,
+    }
+}
+
+/// Parameters that moved by more than three standard errors.
+fn parameter_changes(study: &Study, compared: &Compared) -> Vec<ParameterChange> {
+    let refitted = &compared.refitted;
+    let errors = standard_errors(&study.stack(Role::Train), refitted, study.slowest_hz);
+    let rows = refitted.free.iter().zip(&refitted.values).zip(errors);
+    rows.filter(|((parameter, value), stderr)| (*value - parameter.given).abs() > 3.0 * stderr)
+        .map(|((parameter, value), stderr)| ParameterChange {
+            path: parameter.path.clone(),
+            from: parameter.given,
+            to: *value,
+            stderr,
+        })
+        .collect()
+}
+
+fn overlays(
+    study: &Study,
+    columns: &[String],
+    [given, refitted]: [&OnAll; 2],
+    extended: Option<&OnAll>,
+) -> Vec<Overlay> {
+    let mut overlays = Vec::new();
+    for (index, column) in columns.iter().enumerate() {
+        let extended = extended.map(|on_all| study.parts(on_all, index));
+        let refitted = study.parts(refitted, index);
+        for (place, part) in study.parts(given, index).into_iter().enumerate() {
+            overlays.push(Overlay {
+                recording: part.record.name.clone(),
+                role: role_of(part.record.role),
+                output: column.clone(),
+                time_s: part.record.times_s(part.output),
+                recorded: part.record.outputs[part.output].samples.clone(),
+                refitted_residual: refitted[place].residual.clone(),
+                extended_residual: extended.as_ref().map(|parts| parts[place].residual.clone()),
+                given_residual: part.residual,
+            });
+        }
+    }
+    overlays
+}

@@ -1,0 +1,270 @@
+//! Output-error fit of a model's parameters, and of laws added to it, to all recordings jointly.
+//!
+//! What is made small is the difference between simulation and recording, never an equation error: an inverse model
+//! is biased by noise in what it differentiates. Offsets and initial states are solved for inside every evaluation
+//! (variable projection with Kaufman's Jacobian), so the search sees only the parameters proper.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise};
+use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+
+use crate::error::DiagnoseError;
+use crate::parameters::FreeParameter;
+use crate::simulation::Hypothesis;
+use crate::stacking::{RecordFit, Stack};
+
+/// Relative step of the differences that make the Jacobian, in search coordinates.
+const DIFFERENCE: f64 = 1e-5;
+
+/// A hypothesis whose parameters have been fitted.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted {
+    pub(crate) hypothesis: Hypothesis,
+    /// The parameters that were free: the model's, then the laws'.
+    pub(crate) free: Vec<FreeParameter>,
+    /// Their values.
+    pub(crate) values: Vec<f64>,
+    /// One per recording.
+    pub(crate) records: Vec<RecordFit>,
+    /// Sum of the squared weighted residuals.
+    pub(crate) sum_of_squares: f64,
+}
+
+/// The sum of squares as a function of the search coordinates.
+struct Problem<'p, 'r> {
+    stack: &'p Stack<'r>,
+    hypothesis: &'p Hypothesis,
+    free: &'p [FreeParameter],
+    starts: Vec<Vec<f64>>,
+}
+
+struct Point {
+    records: Vec<RecordFit>,
+    residuals: Vec<f64>,
+}
+
+impl Problem<'_, '_> {
+    fn moved(&self, search: &[f64]) -> Option<Hypothesis> {
+        let values: Vec<f64> = self.free.iter().zip(search).map(|(p, s)| p.to_value(*s)).collect();
+        self.hypothesis.with_values(self.free, &values)
+    }
+
+    /// Derivatives of the residuals, one column per parameter over all recordings.
+    fn jacobian(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
+        let parts: Vec<(usize, usize)> = (0..search.len())
+            .flat_map(|column| (0..point.records.len()).map(move |record| (column, record)))
+            .collect();
+        let tangents: Vec<Vec<f64>> = parts
+            .par_iter()
+            .map(|&(column, record)| {
+                let fit = &point.records[record];
+                let mut tangent = self
+                    .tangent(search, column, record, fit)
+                    .unwrap_or_else(|| vec![0.0; fit.residuals.len()]);
+                fit.nuisances.remove_from(&mut tangent);
+                tangent.iter_mut().for_each(|value| *value = -*value);
+                tangent
+            })
+            .collect();
+        tangents.chunks(point.records.len().max(1)).map(<[Vec<f64>]>::concat).collect()
+    }
+
+    /// Change of the weighted prediction of one recording per unit of one search coordinate.
+    fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
+        let mut moved = search.to_vec();
+        let step = self.free[column].difference(moved[column], DIFFERENCE);
+        moved[column] += step;
+        let mut change = self.stack.prediction(record, &self.moved(&moved)?, &fit.initial)?;
+        let base = self.stack.weighted(record, &fit.simulated);
+        add_scaled(&mut change, -1.0, &base);
+        change.iter_mut().for_each(|value| *value /= step);
+        Some(change)
+    }
+}
+
+impl LeastSquares for Problem<'_, '_> {
+    type Point = Point;
+
+    fn at(&self, search: &[f64]) -> Option<Point> {
+        let records = self.stack.evaluate(&self.moved(search)?, &self.starts)?;
+        let residuals = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
+        Some(Point { records, residuals })
+    }
+
+    fn residuals<'p>(&self, point: &'p Point) -> &'p [f64] {
+        &point.residuals
+    }
+
+    fn curvature(&self, search: &[f64], point: &Point) -> (DMatrix<f64>, DVector<f64>) {
+        let columns = self.jacobian(search, point);
+        let gradient = columns.iter().map(|column| dot(column, &point.residuals));
+        (gram(&columns), DVector::from_iterator(columns.len(), gradient))
+    }
+}
+
+/// Inner products of all pairs of columns.
+pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let mut products = DMatrix::zeros(columns.len(), columns.len());
+    for (i, left) in columns.iter().enumerate() {
+        for (j, right) in columns.iter().enumerate().take(i + 1) {
+            products[(i, j)] = dot(left, right);
+        }
+    }
+    products.fill_upper_triangle_with_lower_triangle();
+    products
+}
+
+/// Fits the free parameters from `start` (values); initial states are searched from `starts`.
+pub(crate) fn fit(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    free: &[FreeParameter],
+    start: &[f64],
+    starts: &[Vec<f64>],
+) -> Option<Fitted> {
+    let problem = Problem { stack, hypothesis, free, starts: starts.to_vec() };
+    let search: Vec<Parameter> = free.iter().zip(start).map(|(p, value)| p.as_search(*value)).collect();
+    let minimum = minimise(&problem, &search)?;
+    let values: Vec<f64> = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
+    Some(Fitted {
+        hypothesis: hypothesis.with_values(free, &values)?,
+        free: free.to_vec(),
+        values,
+        records: minimum.point.records,
+        sum_of_squares: minimum.sum_of_squares,
+    })
+}
+
+impl Fitted {
+    /// Initial states, to start another fit from.
+    pub(crate) fn initial_states(&self) -> Vec<Vec<f64>> {
+        self.records.iter().map(|record| record.initial.clone()).collect()
+    }
+
+    /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*, nuisances
+    /// taken out; one column per parameter over all recordings.
+    pub(crate) fn sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
+        let problem =
+            Problem { stack, hypothesis: &self.hypothesis, free: &self.free, starts: self.initial_states() };
+        let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();
+        let point = Point { records: self.records.clone(), residuals: Vec::new() };
+        let mut jacobian = problem.jacobian(&search, &point);
+        jacobian.iter_mut().flatten().for_each(|value| *value = -*value);
+        jacobian
+    }
+
+    /// All residuals, recording after recording.
+    pub(crate) fn residuals(&self) -> Vec<f64> {
+        self.records.iter().flat_map(|record| record.residuals.iter().copied()).collect()
+    }
+}
+
+/// A parameter is refitted when a change of a twentieth of its value, or more, would show: its own part of the
+/// sensitivity in residual standard deviations. What is known worse than that is known better from the drawing.
+const VISIBLE: f64 = 20.0;
+
+/// Refits the model within its own parameters.
+///
+/// Parameters that the recordings cannot tell apart from those before them in the list stay as given; their
+/// paths are returned too.
+pub(crate) fn refit(
+    stack: &Stack<'_>,
+    given: &Hypothesis,
+    candidates: &[FreeParameter],
+) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+    let mut start: Vec<f64> = candidates.iter().map(|parameter| parameter.given).collect();
+    scan_frequencies(stack, given, candidates, &mut start);
+    refit_at(stack, given, candidates, start)
+}
+
+/// The same from where an earlier refit ended.
+pub(crate) fn refit_from(
+    stack: &Stack<'_>,
+    given: &Hypothesis,
+    candidates: &[FreeParameter],
+    before: &Fitted,
+) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+    let start = candidates
+        .iter()
+        .map(|parameter| {
+            let place = before.free.iter().position(|free| free.path == parameter.path);
+            place.map_or(parameter.given, |place| before.values[place])
+        })
+        .collect();
+    refit_at(stack, given, candidates, start)
+}
+
+fn refit_at(
+    stack: &Stack<'_>,
+    given: &Hypothesis,
+    candidates: &[FreeParameter],
+    start: Vec<f64>,
+) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+    let diverged = || DiagnoseError::Diverged {
+        recording: stack.records.first().map_or_else(String::new, |record| record.name.clone()),
+    };
+    let moved = given.with_values(candidates, &start).ok_or_else(diverged)?;
+    let records = stack.evaluate(&moved, &[]).ok_or_else(diverged)?;
+    let sum_of_squares = records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
+    let at_start =
+        Fitted { hypothesis: moved, free: candidates.to_vec(), values: start, records, sum_of_squares };
+    let (kept, dropped) = distinguishable(stack, &at_start);
+    let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
+    let values: Vec<f64> = kept.iter().map(|&index| at_start.values[index]).collect();
+    let base = at_start.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
+    let fitted = fit(stack, &base, &free, &values, &[]).ok_or_else(diverged)?;
+    let paths = dropped.into_iter().map(|index| candidates[index].path.clone()).collect();
+    Ok((fitted, paths))
+}
+
+/// Indices of the parameters that add a direction of their own, and of the others.
+fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize>) {
+    let columns = fitted.sensitivities(stack);
+    let mut basis = Orthonormal::default();
+    let (mut kept, mut dropped) = (Vec::new(), Vec::new());
+    // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now.
+    let level = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt().min(1.0);
+    for (index, column) in columns.into_iter().enumerate() {
+        let whole = dot(&column, &column).sqrt();
+        let mut rest = column.clone();
+        basis.remove_from(&mut rest);
+        let own = dot(&rest, &rest).sqrt();
+        if own > VISIBLE * level && own > 1e-5 * whole {
+            basis.push(column);
+            kept.push(index);
+        } else {
+            dropped.push(index);
+        }
+    }
+    (kept, dropped)
+}
+
+/// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley: every
+/// frequency is first looked for around its given value, the others standing still, twice round.
+fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
+    const REACH: f64 = 0.12;
+    const STEPS: i32 = 24;
+    for round in 0..2 {
+        for (index, _) in free.iter().enumerate().filter(|(_, parameter)| parameter.sets_frequency()) {
+            let reach = if round == 0 { REACH } else { 0.2 * REACH };
+            let centre = values[index];
+            let sums: Vec<(f64, f64)> = (-STEPS..=STEPS)
+                .into_par_iter()
+                .filter_map(|step| {
+                    // Frequencies go with the root of a stiffness.
+                    let power = if free[index].path.ends_with("frequency_hz") { 1.0 } else { 2.0 };
+                    let value = centre * (power * reach * f64::from(step) / f64::from(STEPS)).exp();
+                    let mut trial = values.to_vec();
+                    trial[index] = value;
+                    let records = stack.evaluate(&given.with_values(free, &trial)?, &[])?;
+                    let sum: f64 = records.iter().map(|r| dot(&r.residuals, &r.residuals)).sum();
+                    (value >= free[index].lower && value <= free[index].upper).then_some((sum, value))
+                })
+                .collect();
+            if let Some((_, best)) = sums.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
+                values[index] = best;
+            }
+        }
+    }
+}

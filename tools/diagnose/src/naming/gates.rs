@@ -1,0 +1,151 @@
+//! The gates that a law has to pass before it is named.
+//!
+//! | gate | asks |
+//! |---|---|
+//! | training | is the law's improvement of the training recordings more than chance, whatever the noise's colour |
+//! | held out | does it improve recordings it was not fitted to, and make none of them worse |
+//! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
+//! | determined | are the parameters larger than their standard errors |
+//! | size | does it explain a noticeable part of what was left |
+
+use stillbeam_identify::tall::{add_scaled, dot};
+
+use crate::intervals::Scatter;
+use crate::options::Options;
+use crate::result::Gate;
+use crate::stacking::{RecordFit, Stack};
+
+/// How much better one model predicts than another, in standard errors.
+///
+/// `z = (RSS_without − RSS_with) / (2 sd(Σ d e))`, with `d` the difference of the predictions and `e` what the better
+/// model leaves over. Tests on differences of squared errors block by block have no power here, because the energy sits
+/// in a few blocks.
+pub(crate) fn improvement(
+    stack: &Stack<'_>,
+    without: &[RecordFit],
+    with: &[RecordFit],
+    slowest_hz: Option<f64>,
+) -> Improvement {
+    let flat =
+        |fits: &[RecordFit]| fits.iter().flat_map(|fit| fit.residuals.iter().copied()).collect::<Vec<f64>>();
+    let (before, after) = (flat(without), flat(with));
+    let mut difference = before.clone();
+    add_scaled(&mut difference, -1.0, &after);
+    let scatter = Scatter::new(stack, after.clone(), slowest_hz);
+    let z = z_of(&before, &after, &difference, &scatter, 0..before.len());
+    let mut worst = f64::INFINITY;
+    let mut start = 0;
+    for fit in with {
+        let range = start..start + fit.residuals.len();
+        worst = worst.min(z_of(&before, &after, &difference, &scatter, range.clone()));
+        start = range.end;
+    }
+    let ratio = dot(&before, &before) / dot(&after, &after).max(f64::MIN_POSITIVE);
+    Improvement { z, worst_z: worst, gain_db: 10.0 * ratio.log10() }
+}
+
+/// See [`improvement`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Improvement {
+    /// All recordings together.
+    pub(crate) z: f64,
+    /// The recording that gains least.
+    pub(crate) worst_z: f64,
+    /// Power without over power with, decibels.
+    pub(crate) gain_db: f64,
+}
+
+impl Improvement {
+    /// Standard errors of the effect itself from zero: where the law was fitted to the same recordings, the improvement
+    /// is half of that many of its own standard errors.
+    pub(crate) fn t(&self) -> f64 {
+        2.0 * self.z
+    }
+}
+
+fn z_of(
+    before: &[f64],
+    after: &[f64],
+    difference: &[f64],
+    scatter: &Scatter,
+    range: std::ops::Range<usize>,
+) -> f64 {
+    let gain = dot(&before[range.clone()], &before[range.clone()])
+        - dot(&after[range.clone()], &after[range.clone()]);
+    let mut weights = vec![0.0; difference.len()];
+    weights[range.clone()].copy_from_slice(&difference[range]);
+    let sd = scatter.variance_of_sum(&weights).sqrt();
+    if sd > 0.0 { gain / (2.0 * sd) } else { 0.0 }
+}
+
+/// What the gates look at.
+pub(crate) struct Trialled<'t> {
+    /// Improvement of the training recordings.
+    pub(crate) training: Improvement,
+    /// Improvement of the held-out recordings; `None` when there are none.
+    pub(crate) held_out: Option<Improvement>,
+    /// Degrees of freedom that the law added.
+    pub(crate) freedom: usize,
+    /// Name, value, standard error, lower and upper bound of the law's parameters.
+    pub(crate) parameters: &'t [(String, f64, f64, f64, f64)],
+    /// Which of them set the law's strength.
+    pub(crate) amplitudes: &'t [String],
+    /// Sum of squares taken off the training residual, and what noise alone would leave of it.
+    pub(crate) explained: f64,
+    pub(crate) systematic: f64,
+}
+
+/// Runs all gates.
+pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
+    let gate = |name: &str, passed: bool, detail: String| Gate { name: name.to_owned(), passed, detail };
+    let mut gates = Vec::new();
+    // Every parameter fitted to noise takes about one square of it away.
+    let threshold = options.training_gate + 0.5 * (trialled.freedom.saturating_sub(1)) as f64;
+    gates.push(gate(
+        "training",
+        trialled.training.t() > threshold,
+        format!("{:.1} standard errors from no effect on the training recordings", trialled.training.t()),
+    ));
+    match &trialled.held_out {
+        Some(held_out) => {
+            gates.push(gate(
+                "held out",
+                held_out.z > options.held_out_gate,
+                format!("improves the held-out recordings by {:.1} standard errors", held_out.z),
+            ));
+            gates.push(gate(
+                "no recording worse",
+                held_out.worst_z > -2.0,
+                format!("the held-out recording that gains least: {:.1} standard errors", held_out.worst_z),
+            ));
+        }
+        None => gates.push(gate("held out", false, "nothing was held out".to_owned())),
+    }
+    let at_bound = trialled.parameters.iter().find(|(_, value, _, lower, upper)| {
+        let close = 1e-6 * value.abs();
+        (value - lower).abs() <= close || (upper - value).abs() <= close
+    });
+    gates.push(match at_bound {
+        Some((name, value, ..)) => {
+            gate("bounds", false, format!("{name} = {value:.4e} is pressed against its bound"))
+        }
+        None => gate("bounds", true, "no parameter is at a bound".to_owned()),
+    });
+    let weakest = trialled
+        .parameters
+        .iter()
+        .filter(|(name, ..)| trialled.amplitudes.contains(name))
+        .map(|(name, value, stderr, ..)| (name, value.abs() / stderr))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    if let Some((name, t)) = weakest {
+        let passed = t > options.training_gate;
+        gates.push(gate("determined", passed, format!("{name} is {t:.1} standard errors from zero")));
+    }
+    let share = trialled.explained / trialled.systematic.max(f64::MIN_POSITIVE);
+    gates.push(gate(
+        "size",
+        share > 0.05,
+        format!("takes {:.0} % off what noise does not explain", 100.0 * share.min(1.0)),
+    ));
+    gates
+}

@@ -1,0 +1,100 @@
+//! How far, how fast and against what forces each place of a machine moved: what makes a trial value sensible.
+
+use std::collections::BTreeMap;
+
+use stillbeam_plant::Hold;
+use stillbeam_plant::StateSpace;
+use stillbeam_plant::catalogue::{Place, place_of};
+
+use crate::record::Record;
+use crate::simulation::Hypothesis;
+
+/// Sizes at one place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Scale {
+    /// Root mean square of the displacement about its mean.
+    pub(crate) displacement: f64,
+    /// Largest absolute displacement.
+    pub(crate) reach: f64,
+    /// Root mean square of the velocity.
+    pub(crate) velocity: f64,
+    /// A hundredth of the force that moves what it moves that fast.
+    pub(crate) force: f64,
+}
+
+/// Sizes at all places of a model, and of its input.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Scales {
+    /// By name of the injection point.
+    pub(crate) points: BTreeMap<String, Scale>,
+    /// Root mean square of the input about its mean, and its largest absolute value.
+    pub(crate) input: [f64; 2],
+    /// Per output of the model: root mean square about its mean, and largest absolute value.
+    pub(crate) outputs: Vec<[f64; 2]>,
+}
+
+impl Scales {
+    /// From the linear model's motion over the recordings.
+    pub(crate) fn new(hypothesis: &Hypothesis, records: &[Record]) -> Option<Self> {
+        let space = StateSpace::new(&hypothesis.model).ok()?;
+        let mut scales = Self { outputs: vec![[0.0; 2]; space.outputs().len()], ..Self::default() };
+        for record in records {
+            let zeros = vec![0.0; record.time_s.len()];
+            let input = record.input.as_deref().unwrap_or(&zeros);
+            let start = space.rest_at(input.first().copied().unwrap_or(0.0));
+            let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
+            for (index, point) in space.points().iter().enumerate() {
+                let displacement = spread(&trace.displacements[index]);
+                let velocity = spread(&trace.velocities[index]);
+                let inverse_mass: f64 =
+                    point.velocity.state.iter().zip(&point.force).map(|(row, force)| row * force).sum();
+                let rate = if displacement[0] > 0.0 { velocity[0] / displacement[0] } else { 0.0 };
+                let force = if inverse_mass > 0.0 { 0.01 * velocity[0] * rate / inverse_mass } else { 0.0 };
+                let found = Scale {
+                    displacement: displacement[0],
+                    reach: displacement[1],
+                    velocity: velocity[0],
+                    force,
+                };
+                let largest = scales.points.entry(point.name.clone()).or_insert(found);
+                if found.displacement > largest.displacement {
+                    *largest = found;
+                }
+            }
+            let spread_of_input = spread(input);
+            scales.input = larger(scales.input, spread_of_input);
+            for output in &record.outputs {
+                scales.outputs[output.index] = larger(scales.outputs[output.index], spread(&output.samples));
+            }
+        }
+        Some(scales)
+    }
+
+    /// Sizes at a law's location; those of the first moving place for laws that sit outside.
+    pub(crate) fn at(&self, hypothesis: &Hypothesis, location: &str) -> Option<Scale> {
+        let moves = |scale: &&Scale| scale.displacement > 0.0 && scale.velocity > 0.0;
+        if let Some(scale) = self.points.get(location).filter(moves) {
+            return Some(*scale);
+        }
+        let reversed = location.split_once('-').map(|(first, second)| format!("{second}-{first}"));
+        if let Some(scale) = reversed.and_then(|name| self.points.get(&name)).filter(moves) {
+            return Some(*scale);
+        }
+        match place_of(&hypothesis.model, location)? {
+            Place::Drive | Place::Sensor | Place::Environment => self.points.values().find(moves).copied(),
+            Place::Base | Place::Beam | Place::Part => None,
+        }
+    }
+}
+
+/// Root mean square about the mean, and largest absolute value.
+fn spread(samples: &[f64]) -> [f64; 2] {
+    let n = samples.len().max(1) as f64;
+    let mean = samples.iter().sum::<f64>() / n;
+    let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
+    [square.sqrt(), samples.iter().map(|value| value.abs()).fold(0.0, f64::max)]
+}
+
+fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].max(b[0]), a[1].max(b[1])]
+}

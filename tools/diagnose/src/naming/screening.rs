@@ -1,0 +1,161 @@
+//! The screen: one law at a time, by simulation at the fitted model, what the model could absorb taken out.
+
+use rayon::prelude::*;
+use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+
+use super::trials::{Candidate, Trial};
+use crate::fit::Fitted;
+use crate::intervals::Scatter;
+use crate::stacking::Stack;
+
+/// What the screen says of one candidate.
+#[derive(Clone)]
+pub(crate) struct Screened {
+    /// Index into the candidates.
+    pub(crate) candidate: usize,
+    /// The best trial.
+    pub(crate) trial: Trial,
+    /// By how much its amplitudes are to be multiplied, as far as a straight line says.
+    pub(crate) factor: f64,
+    /// Standard errors from zero.
+    pub(crate) t: f64,
+    /// Share of the effect's power that a refit of the free parameters would hide.
+    pub(crate) hidden: f64,
+    /// Sum of squares that it would take off the residual.
+    pub(crate) explained: f64,
+    /// The effect of the factor found, what could be absorbed taken out.
+    pub(crate) direction: Vec<f64>,
+}
+
+/// Rounds in which a trial's amplitude is brought to the size of the residual.
+const ROUNDS: usize = 4;
+/// Good enough: within this factor.
+const CLOSE: f64 = 4.0;
+
+/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out.
+pub(crate) fn screen(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    candidates: &[Candidate],
+    slowest_hz: Option<f64>,
+) -> Vec<Screened> {
+    let residuals = fitted.residuals();
+    let mut absorbing = Orthonormal::default();
+    fitted.sensitivities(stack).into_iter().for_each(|column| absorbing.push(column));
+    candidates
+        .par_iter()
+        .enumerate()
+        .filter_map(|(index, candidate)| {
+            let screened = candidate.trials.iter().filter_map(|trial| {
+                screen_trial(stack, fitted, &residuals, &absorbing, (index, candidate), trial, slowest_hz)
+            });
+            screened.reduce(|best, other| if other.explained > best.explained { other } else { best })
+        })
+        .collect()
+}
+
+fn screen_trial(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    residuals: &[f64],
+    absorbing: &Orthonormal,
+    (index, candidate): (usize, &Candidate),
+    trial: &Trial,
+    slowest_hz: Option<f64>,
+) -> Option<Screened> {
+    let (mut effect, size) = sized_effect(stack, fitted, residuals, candidate, trial)?;
+    let whole = dot(&effect, &effect);
+    // Twice: one pass leaves rounding of what was large.
+    absorbing.remove_from(&mut effect);
+    absorbing.remove_from(&mut effect);
+    let left = dot(&effect, &effect);
+    if !(left > 1e-12 * whole && left > 0.0) {
+        return None;
+    }
+    let mut factor = dot(&effect, residuals) / left;
+    if factor < 0.0 && !candidate.is_signed(trial) {
+        // A law of one sign that would have to be negative explains nothing.
+        factor = 0.0;
+    }
+    let mut rest = residuals.to_vec();
+    add_scaled(&mut rest, -factor, &effect);
+    let scatter = Scatter::new(stack, rest, slowest_hz);
+    let t = factor * left / scatter.variance_of_sum(&effect).sqrt();
+    let explained = factor * factor * left;
+    effect.iter_mut().for_each(|value| *value *= if factor == 0.0 { 1.0 } else { factor });
+    t.is_finite().then_some(Screened {
+        candidate: index,
+        trial: trial.clone(),
+        factor: factor * size,
+        t,
+        hidden: 1.0 - left / whole,
+        explained,
+        direction: effect,
+    })
+}
+
+/// The change of all weighted outputs that a law makes, nuisances taken out, at an amplitude whose effect has about the
+/// size of the residual; and by how much the trial's amplitudes were multiplied for it.
+fn sized_effect(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    residuals: &[f64],
+    candidate: &Candidate,
+    trial: &Trial,
+) -> Option<(Vec<f64>, f64)> {
+    let target = dot(residuals, residuals).sqrt();
+    let mut size = 1.0;
+    let mut last = None;
+    for _ in 0..ROUNDS {
+        let effect = effect(stack, fitted, candidate, trial, size);
+        let length = effect.as_ref().map_or(f64::INFINITY, |effect| dot(effect, effect).sqrt());
+        if length.is_finite() && length > 0.0 {
+            last = effect.map(|effect| (effect, size));
+            if trial.amplitudes.is_empty() || (target / CLOSE..target * CLOSE).contains(&length) {
+                break;
+            }
+            size *= (target / length).clamp(1e-4, 1e4);
+        } else if length == 0.0 {
+            size *= 1e3;
+        } else {
+            size *= 1e-3;
+        }
+    }
+    last
+}
+
+fn effect(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    candidate: &Candidate,
+    trial: &Trial,
+    size: f64,
+) -> Option<Vec<f64>> {
+    let extended = fitted.hypothesis.with_law(candidate.physics(trial, size));
+    extended.model.check().ok()?;
+    let mut all = Vec::new();
+    for (index, record) in fitted.records.iter().enumerate() {
+        let mut change = stack.prediction(index, &extended, &record.initial)?;
+        add_scaled(&mut change, -1.0, &stack.weighted(index, &record.simulated));
+        if !change.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        record.nuisances.remove_from(&mut change);
+        all.extend(change);
+    }
+    Some(all)
+}
+
+/// Absolute cosines between the effects of screened candidates.
+pub(crate) fn cosines(screened: &[&Screened]) -> Vec<Vec<f64>> {
+    let length = |s: &Screened| dot(&s.direction, &s.direction).sqrt();
+    screened
+        .iter()
+        .map(|a| {
+            screened
+                .iter()
+                .map(|b| (dot(&a.direction, &b.direction) / (length(a) * length(b))).abs().min(1.0))
+                .collect()
+        })
+        .collect()
+}

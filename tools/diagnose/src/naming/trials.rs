@@ -1,0 +1,231 @@
+//! What a law is tried with before anything is fitted: sizes that fit this machine's motion.
+//!
+//! A law's parameters are of two kinds. *Amplitudes* make it weaker or stronger and are zero where it is absent; they are
+//! scaled until the law's effect on the outputs has the size of what is to be explained. *Shapes* (a period, a
+//! speed, a contact) say what it looks like; several values are tried and the best starts the fit.
+
+use std::f64::consts::FRAC_PI_2;
+
+use stillbeam_plant::Physics;
+use stillbeam_plant::catalogue::{Law, candidates};
+
+use super::scales::{Scale, Scales};
+use crate::record::Record;
+use crate::simulation::Hypothesis;
+
+/// A law at a place, with what it is tried with.
+#[derive(Clone)]
+pub(crate) struct Candidate {
+    pub(crate) law: &'static dyn Law,
+    pub(crate) location: String,
+    /// For laws of the sensor: the output.
+    pub(crate) column: Option<String>,
+    pub(crate) trials: Vec<Trial>,
+}
+
+/// One set of values to try.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Trial {
+    /// Parameters that scale the effect, with a first guess of their size.
+    pub(crate) amplitudes: Vec<(&'static str, f64)>,
+    /// The other parameters.
+    pub(crate) shapes: Vec<(&'static str, f64)>,
+}
+
+impl Candidate {
+    /// The law with a trial's values, its amplitudes multiplied.
+    pub(crate) fn physics(&self, trial: &Trial, factor: f64) -> Physics {
+        let mut physics = Physics::new(self.law.id(), self.location.clone());
+        physics.column.clone_from(&self.column);
+        for (name, value) in &trial.amplitudes {
+            physics = physics.with(*name, factor * value);
+        }
+        for (name, value) in &trial.shapes {
+            physics = physics.with(*name, *value);
+        }
+        physics
+    }
+
+    /// `id at location`, with the column where there are several sensors.
+    pub(crate) fn name(&self) -> String {
+        match &self.column {
+            Some(column) => format!("{} at {} ({column})", self.law.id(), self.location),
+            None => format!("{} at {}", self.law.id(), self.location),
+        }
+    }
+
+    /// Whether an amplitude may have either sign.
+    pub(crate) fn is_signed(&self, trial: &Trial) -> bool {
+        trial
+            .amplitudes
+            .iter()
+            .all(|(name, _)| self.law.parameters().iter().any(|spec| spec.name == *name && spec.lower < 0.0))
+    }
+}
+
+/// Every law of the catalogue at every place at which this model lets it sit and where something moves.
+///
+/// `peaks_hz` are frequencies at which the residual rings.
+pub(crate) fn all_candidates(
+    hypothesis: &Hypothesis,
+    scales: &Scales,
+    records: &[Record],
+    peaks_hz: &[f64],
+    without: &[String],
+) -> Vec<Candidate> {
+    let locations = hypothesis.model.locations();
+    let columns = hypothesis.model.output_columns();
+    let recorded: Vec<usize> = (0..columns.len())
+        .filter(|index| records.iter().any(|record| record.outputs.iter().any(|o| o.index == *index)))
+        .collect();
+    let mut found = Vec::new();
+    for candidate in candidates(&hypothesis.model) {
+        let Some(location) = locations.get(candidate.location) else { continue };
+        if without.iter().any(|id| id == candidate.law.id()) {
+            continue;
+        }
+        let Some(scale) = scales.at(hypothesis, location) else { continue };
+        let mut push = |column: Option<String>, output: usize| {
+            let trials =
+                trials((candidate.law.id(), location == "sensor"), scale, scales, output, records, peaks_hz);
+            if !trials.is_empty() {
+                found.push(Candidate { law: candidate.law, location: location.clone(), column, trials });
+            }
+        };
+        if location == "sensor" && recorded.len() > 1 {
+            recorded.iter().for_each(|&output| push(Some(columns[output].clone()), output));
+        } else {
+            push(None, recorded.first().copied().unwrap_or(0));
+        }
+    }
+    found
+}
+
+/// The trials of a law; none where it could not show.
+fn trials(
+    (id, at_sensor): (&str, bool),
+    at: Scale,
+    scales: &Scales,
+    output: usize,
+    records: &[Record],
+    peaks_hz: &[f64],
+) -> Vec<Trial> {
+    let (z, v, f) = (at.displacement, at.velocity, at.force);
+    let [u, u_most] = scales.input;
+    let [y, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
+    let amplitude =
+        |name: &'static str, value: f64| vec![Trial { amplitudes: vec![(name, value)], shapes: Vec::new() }];
+    let shaped = |name: &'static str, value: f64, shapes: &[(&'static str, f64)]| Trial {
+        amplitudes: vec![(name, value)],
+        shapes: shapes.to_vec(),
+    };
+    let limits = |most: f64| -> Vec<Trial> {
+        [0.95, 0.8, 0.6]
+            .iter()
+            .map(|share| Trial { amplitudes: Vec::new(), shapes: vec![("limit", share * most)] })
+            .collect()
+    };
+    let waves = |name: &'static str, size: f64| -> Vec<Trial> {
+        let mut trials = Vec::new();
+        for share in [0.25, 0.5, 1.0, 2.0] {
+            for phase in [0.0, FRAC_PI_2] {
+                trials.push(shaped(name, size, &[("period", share * 2.0 * at.reach), ("phase", phase)]));
+            }
+        }
+        trials
+    };
+    match id {
+        "coulomb_friction" => amplitude("force", f),
+        "stribeck_friction" => [0.1, 0.3]
+            .iter()
+            .map(|share| Trial {
+                amplitudes: vec![("force", f), ("static_force", 1.5 * f)],
+                shapes: vec![("velocity", share * v)],
+            })
+            .collect(),
+        "viscous_friction" => amplitude("damping", f / v),
+        "asymmetric_friction" => vec![
+            shaped(
+                "force_forward",
+                f,
+                &[("force_backward", 0.0), ("viscous_forward", 0.0), ("viscous_backward", 0.0)],
+            ),
+            shaped(
+                "force_backward",
+                f,
+                &[("force_forward", 0.0), ("viscous_forward", 0.0), ("viscous_backward", 0.0)],
+            ),
+            Trial {
+                amplitudes: vec![("force_forward", f), ("force_backward", 0.7 * f)],
+                shapes: vec![("viscous_forward", 0.0), ("viscous_backward", 0.0)],
+            },
+        ],
+        "quadratic_drag" => amplitude("drag", f / (v * v)),
+        "cogging" => waves("force", f),
+        "force_ripple" => waves("ripple", 0.01),
+        "cable_spring" => amplitude("stiffness", f / z),
+        "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
+        "hysteresis" => {
+            [0.3, 1.0, 3.0].iter().map(|share| shaped("stiffness", f / z, &[("beta", share / z)])).collect()
+        }
+        "backlash" => amplitude("gap", 0.02 * z),
+        "end_stop" => [0.9, 0.7, 0.5]
+            .iter()
+            .map(|share| shaped("stiffness", f / z, &[("distance", share * at.reach)]))
+            .collect(),
+        "constant_force" => amplitude("force", f),
+        "bilinear_stiffness" => [0.0, 0.4, -0.4]
+            .iter()
+            .map(|share| shaped("stiffness", f / z, &[("contact", share * at.reach)]))
+            .collect(),
+        "amplitude_damping" => amplitude("damping", f / (v * z * z)),
+        "extra_mode" => peaks_hz
+            .iter()
+            .map(|hz| shaped("participation", 0.01, &[("frequency", *hz), ("damping_ratio", 0.01)]))
+            .collect(),
+        "tip_mass" => amplitude("mass", 1e-3),
+        "clamp_compliance" => amplitude("compliance", 1e-4),
+        "servo_lag" => amplitude("time_constant", 1e-3),
+        "dead_time" | "delay" => amplitude("delay", 1e-3),
+        "saturation" if at_sensor => limits(y_most),
+        "saturation" => limits(u_most),
+        "dead_zone" => amplitude("threshold", 0.02 * u),
+        "gain_nonlinearity" => {
+            [amplitude("quadratic", 0.01 / u), amplitude("cubic", 0.01 / (u * u))].concat()
+        }
+        "quantisation" => {
+            let steps = records.iter().filter_map(|record| step_of(record, output)).reduce(f64::min);
+            steps.map_or_else(Vec::new, |step| {
+                vec![Trial { amplitudes: Vec::new(), shapes: vec![("step", step)] }]
+            })
+        }
+        "nonlinearity" => [amplitude("quadratic", 0.01 / y), amplitude("cubic", 0.01 / (y * y))].concat(),
+        "crosstalk" => amplitude("share", 0.01 * y / u),
+        "exposure_blur" => amplitude("exposure", 2e-3),
+        "clock_skew" => amplitude("skew", 1e-5),
+        "rectification" => amplitude("share", 0.02),
+        "periodic_disturbance" => peaks_hz
+            .iter()
+            .flat_map(|hz| {
+                [0.0, FRAC_PI_2].map(|phase| shaped("force", f, &[("frequency", *hz), ("phase", phase)]))
+            })
+            .collect(),
+        "parameter_drift" => amplitude("rate", 1e-5),
+        _ => Vec::new(),
+    }
+}
+
+/// Distance of neighbouring readings where an output takes few values; `None` where it is not quantised.
+fn step_of(record: &Record, output: usize) -> Option<f64> {
+    let samples = &record.outputs.iter().find(|signal| signal.index == output)?.samples;
+    let mut sorted = samples.clone();
+    sorted.sort_by(f64::total_cmp);
+    let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
+    // Distinct readings of an analogue sensor are as many as samples.
+    if gaps.len() * 2 > samples.len() {
+        return None;
+    }
+    let smallest = gaps.iter().copied().reduce(f64::min)?;
+    let near = gaps.iter().filter(|gap| (**gap / smallest - (**gap / smallest).round()).abs() < 0.05).count();
+    (near * 10 > gaps.len() * 9).then_some(smallest)
+}

@@ -1,0 +1,220 @@
+//! The noise floor of an output: what no model may explain.
+//!
+//! In this order: recordings that repeat each other; stretches in which nothing moves; the quiet quarter of every
+//! frequency. The last needs only one recording: a sweep or a transient visits every frequency for a part of the time,
+//! so the lower quartile of the residual's power over the windows of a record is the noise's, with its colour. Where
+//! the excitation is stationary it is an upper bound, and says so.
+
+use rustfft::FftPlanner;
+use rustfft::num_complex::Complex;
+use serde::Serialize;
+
+use crate::record::Record;
+
+/// Where a noise floor comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NoiseSource {
+    /// The difference of recordings with the same input.
+    Repeats,
+    /// Stretches in which the output should not move.
+    QuietStretches,
+    /// The lower quartile over time of the residual's power at every frequency.
+    QuietQuarter,
+}
+
+/// The noise of one output.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct NoiseFloor {
+    /// Root mean square, in the output's unit.
+    pub(crate) rms: f64,
+    pub(crate) source: NoiseSource,
+}
+
+/// Residuals of one output, recording by recording, with what is needed to see where they are quiet.
+pub(crate) struct OutputResidual<'r> {
+    pub(crate) record: &'r Record,
+    pub(crate) output: usize,
+    /// In the output's unit.
+    pub(crate) residual: Vec<f64>,
+    /// The simulated output.
+    pub(crate) simulated: &'r [f64],
+}
+
+/// The noise floor of one output from all its recordings; `None` when there are none.
+pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
+    if let Some(rms) = from_repeats(parts) {
+        return Some(NoiseFloor { rms, source: NoiseSource::Repeats });
+    }
+    if let Some(rms) = from_quiet_stretches(parts) {
+        return Some(NoiseFloor { rms, source: NoiseSource::QuietStretches });
+    }
+    let powers: Vec<(f64, f64)> = parts
+        .iter()
+        .map(|part| {
+            let rate_hz = part.record.rate_hz(part.output);
+            (quiet_quarter(&part.residual, rate_hz), part.residual.len() as f64)
+        })
+        .collect();
+    let weight: f64 = powers.iter().map(|(_, count)| count).sum();
+    let power = powers.iter().map(|(power, count)| power * count).sum::<f64>() / weight;
+    (weight > 0.0).then_some(NoiseFloor { rms: power.sqrt(), source: NoiseSource::QuietQuarter })
+}
+
+/// Two recordings repeat each other when their inputs differ by less than this share of the input.
+const SAME_INPUT: f64 = 2e-3;
+
+fn from_repeats(parts: &[OutputResidual<'_>]) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (index, a) in parts.iter().enumerate() {
+        for b in &parts[index + 1..] {
+            let (Some(u), Some(v)) = (&a.record.input, &b.record.input) else { continue };
+            let (x, y) = (&a.record.outputs[a.output], &b.record.outputs[b.output]);
+            if u.len() != v.len() || x.at != y.at || difference_share(u, v) > SAME_INPUT {
+                continue;
+            }
+            let difference: Vec<f64> = x.samples.iter().zip(&y.samples).map(|(x, y)| x - y).collect();
+            // Starts may differ by an offset.
+            sum += 0.5 * centred_power(&difference);
+            count += difference.len() as f64 - 1.0;
+        }
+    }
+    (count > 0.0 && sum > 0.0).then(|| (sum / count).sqrt())
+}
+
+fn difference_share(u: &[f64], v: &[f64]) -> f64 {
+    let difference: Vec<f64> = u.iter().zip(v).map(|(u, v)| u - v).collect();
+    (centred_power(&difference) / centred_power(u).max(f64::MIN_POSITIVE)).sqrt()
+}
+
+fn centred_power(values: &[f64]) -> f64 {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.iter().map(|value| (value - mean).powi(2)).sum()
+}
+
+/// An output stands still while its simulation stays within this share of its largest departure.
+const STILL: f64 = 1e-3;
+/// Seconds and samples that a quiet stretch must have, and samples that all of them must have together.
+const STRETCH_S: f64 = 1.0;
+const STRETCH_SAMPLES: usize = 50;
+const ALL_SAMPLES: f64 = 300.0;
+
+fn from_quiet_stretches(parts: &[OutputResidual<'_>]) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for part in parts {
+        let rate_hz = part.record.rate_hz(part.output);
+        let least = STRETCH_SAMPLES.max((STRETCH_S * rate_hz) as usize);
+        let input_moves = moving(part);
+        let start = part.simulated.first().copied().unwrap_or(0.0);
+        let largest = part.simulated.iter().map(|value| (value - start).abs()).fold(0.0, f64::max);
+        let mut from = 0;
+        let mut close = |from: usize, to: usize| {
+            if to.saturating_sub(from) >= least {
+                sum += centred_power(&part.record.outputs[part.output].samples[from..to]);
+                count += (to - from) as f64 - 1.0;
+            }
+        };
+        for (k, (moves, value)) in input_moves.iter().zip(part.simulated).enumerate() {
+            if *moves || (value - part.simulated[from.min(k)]).abs() >= STILL * largest {
+                close(from, k);
+                from = k + 1;
+            }
+        }
+        close(from, part.simulated.len());
+    }
+    (count >= ALL_SAMPLES && sum > 0.0).then(|| (sum / count).sqrt())
+}
+
+/// Whether the input moves, where the output has samples; a free decay never stands still.
+fn moving(part: &OutputResidual<'_>) -> Vec<bool> {
+    let signal = &part.record.outputs[part.output];
+    let Some(input) = &part.record.input else {
+        return vec![true; signal.at.len()];
+    };
+    let largest = input.iter().map(|value| (value - input[0]).abs()).fold(0.0, f64::max);
+    signal.at.iter().map(|&k| k > 0 && (input[k] - input[k - 1]).abs() > 1e-6 * largest).collect()
+}
+
+/// Seconds of one window of the time-frequency map.
+const WINDOW_S: f64 = 4.0;
+/// The lower quartile of an exponentially distributed power is this share of its mean.
+const QUARTILE_SHARE: f64 = 0.287_682_072_451_780_9;
+
+/// Power (mean square) of the stationary part of a series.
+fn quiet_quarter(series: &[f64], rate_hz: f64) -> f64 {
+    let mean_square = series.iter().map(|value| value * value).sum::<f64>() / series.len().max(1) as f64;
+    let length = ((WINDOW_S * rate_hz) as usize).next_power_of_two().min(1 << 14);
+    let windows = spectra(series, length);
+    if windows.len() < 8 {
+        return mean_square;
+    }
+    let power: f64 = (0..=length / 2)
+        .map(|bin| {
+            let mut values: Vec<f64> = windows.iter().map(|window| window[bin]).collect();
+            let quartile = values.len() / 4;
+            let value = *values.select_nth_unstable_by(quartile, f64::total_cmp).1;
+            let twice = if bin == 0 || 2 * bin == length { 1.0 } else { 2.0 };
+            twice * value / QUARTILE_SHARE
+        })
+        .sum();
+    power.min(mean_square)
+}
+
+/// Power in every bin from 0 to half the sampling rate, of windows that overlap by half; a series' mean square is the
+/// two-sided sum over bins.
+pub(crate) fn spectra(series: &[f64], length: usize) -> Vec<Vec<f64>> {
+    if length < 4 || series.len() < length {
+        return Vec::new();
+    }
+    let taper: Vec<f64> = (0..length)
+        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2))
+        .collect();
+    let gain = taper.iter().map(|value| value * value).sum::<f64>() * length as f64;
+    let transform = FftPlanner::new().plan_fft_forward(length);
+    (0..=series.len() - length)
+        .step_by(length / 2)
+        .map(|start| {
+            let mut buffer: Vec<Complex<f64>> = series[start..start + length]
+                .iter()
+                .zip(&taper)
+                .map(|(v, t)| Complex::new(v * t, 0.0))
+                .collect();
+            transform.process(&mut buffer);
+            buffer[..=length / 2].iter().map(|value| value.norm_sqr() / gain).collect()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng;
+
+    #[test]
+    fn a_sweeping_residual_does_not_raise_the_floor() {
+        for (seed, rho) in [(1, 0.0), (2, 0.9)] {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let mut last = 0.0;
+            let noise: Vec<f64> = (0..8000)
+                .map(|_| {
+                    let innovation: f64 = StandardNormal.sample(&mut random);
+                    last = rho * last + innovation;
+                    last
+                })
+                .collect();
+            let power = noise.iter().map(|value| value * value).sum::<f64>() / 8000.0;
+            let swept: Vec<f64> = noise
+                .iter()
+                .enumerate()
+                .map(|(k, value)| {
+                    let t = k as f64 / 100.0;
+                    value + 4.0 * (0.5 * t * t * 0.6).sin()
+                })
+                .collect();
+            let ratio = quiet_quarter(&swept, 100.0) / power;
+            assert!((0.85..1.3).contains(&ratio), "rho {rho}: {ratio}");
+        }
+    }
+}

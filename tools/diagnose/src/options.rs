@@ -1,0 +1,29 @@
+//! What a diagnosis may be told.
+
+/// Settings of a diagnosis; the defaults are what `stillbeam diagnose` uses.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Probability of a false alarm of each residual test, above 0 and below 1.
+    pub significance: f64,
+    /// A term must be this many of its standard errors away from zero on the training recordings.
+    pub training_gate: f64,
+    /// A term must improve the held-out recordings by this many of the improvement's standard errors.
+    pub held_out_gate: f64,
+    /// The most terms that are put together.
+    pub most_terms: usize,
+    /// Laws left out of the catalogue, by id: for controls that leave the truth out.
+    pub without: Vec<String>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            significance: 1e-3,
+            training_gate: 3.2,
+            held_out_gate: 4.0,
+            most_terms: 4,
+            without: Vec::new(),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Samples that no physics makes: a camera that lost the tip for a frame, a bit that flipped.
+
+use crate::record::Record;
+use crate::stacking::{RecordFit, Stack};
+
+/// A sample this many robust standard deviations off the median of its neighbours, in the residual, is set aside.
+const OFF: f64 = 7.0;
+/// Neighbours on either side.
+const REACH: usize = 3;
+/// Median absolute deviation of a normal variable over its standard deviation.
+const MAD: f64 = 0.674_489_750_196_081_7;
+/// At most this share of an output is set aside: more would be physics.
+const MOST: f64 = 0.02;
+
+/// Lone outliers of every output of a recording, as places in its samples.
+pub(crate) fn lone_outliers(stack: &Stack<'_>, index: usize, fit: &RecordFit) -> Vec<Vec<usize>> {
+    let mut start = 0;
+    stack.records[index]
+        .outputs
+        .iter()
+        .map(|output| {
+            let end = start + output.at.len();
+            let found = in_series(&fit.residuals[start..end]);
+            start = end;
+            if found.len() as f64 > MOST * output.at.len() as f64 { Vec::new() } else { found }
+        })
+        .collect()
+}
+
+fn in_series(series: &[f64]) -> Vec<usize> {
+    let departures: Vec<f64> = (0..series.len())
+        .map(|k| {
+            let from = k.saturating_sub(REACH);
+            let to = (k + REACH + 1).min(series.len());
+            let mut around: Vec<f64> = (from..to).filter(|&j| j != k).map(|j| series[j]).collect();
+            series[k] - median(&mut around)
+        })
+        .collect();
+    let mut sizes: Vec<f64> = departures.iter().map(|departure| departure.abs()).collect();
+    let scale = median(&mut sizes) / MAD;
+    (0..series.len()).filter(|&k| scale > 0.0 && departures[k].abs() > OFF * scale).collect()
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The recording without its outliers, and a line that says so.
+pub(crate) fn set_aside(record: &Record, outliers: &[Vec<usize>]) -> (Record, Vec<String>) {
+    let mut cleaned = record.clone();
+    let mut lines = Vec::new();
+    for (output, places) in cleaned.outputs.iter_mut().zip(outliers).filter(|(_, places)| !places.is_empty())
+    {
+        let first_s = record.time_s[output.at[places[0]]];
+        lines.push(format!(
+            "{}: {} sample(s) of `{}` stand off their neighbours by more than {OFF} standard deviations, the first at {first_s:.3} s",
+            record.name,
+            places.len(),
+            output.column,
+        ));
+        *output = output.without(places);
+    }
+    (cleaned, lines)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spike_is_found_and_a_wave_is_not() {
+        let mut series: Vec<f64> =
+            (0..500).map(|k| (0.3 * f64::from(k)).sin() + 0.1 * (7.7 * f64::from(k)).sin()).collect();
+        assert!(in_series(&series).is_empty());
+        series[200] += 20.0;
+        assert_eq!(in_series(&series), vec![200]);
+    }
+}

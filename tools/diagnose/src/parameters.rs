@@ -1,0 +1,120 @@
+//! The given model's own parameters, in the coordinates of the search.
+
+use stillbeam_identify::levenberg_marquardt::Parameter;
+use stillbeam_plant::Model;
+
+/// One parameter that a refit may move.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FreeParameter {
+    /// Its path in the model file.
+    pub(crate) path: String,
+    /// Value in the given model.
+    pub(crate) given: f64,
+    /// Searched as a logarithm: a positive quantity of unknown magnitude.
+    pub(crate) logarithmic: bool,
+    /// Bounds of the value.
+    pub(crate) lower: f64,
+    pub(crate) upper: f64,
+}
+
+impl FreeParameter {
+    pub(crate) fn to_search(&self, value: f64) -> f64 {
+        if self.logarithmic { value.max(1e-300).ln() } else { value / self.scale() }
+    }
+
+    pub(crate) fn to_value(&self, search: f64) -> f64 {
+        if self.logarithmic { search.exp() } else { search * self.scale() }
+    }
+
+    /// A step for differences at a search coordinate.
+    pub(crate) fn difference(&self, search: f64, relative: f64) -> f64 {
+        if self.logarithmic { relative } else { relative * search.abs().max(1.0) }
+    }
+
+    /// Derivative of the value with respect to the search coordinate.
+    pub(crate) fn slope(&self, search: f64) -> f64 {
+        if self.logarithmic { search.exp() } else { self.scale() }
+    }
+
+    fn scale(&self) -> f64 {
+        if self.given == 0.0 { 1.0 } else { self.given.abs() }
+    }
+
+    pub(crate) fn as_search(&self, value: f64) -> Parameter {
+        Parameter {
+            start: self.to_search(value),
+            lower: self.to_search(self.lower),
+            upper: self.to_search(self.upper),
+            max_step: 0.3,
+        }
+    }
+
+    /// Whether the parameter sets how fast the structure vibrates, so that a wrong start may end in a wrong valley.
+    pub(crate) fn sets_frequency(&self) -> bool {
+        ["frequency_hz", "young_Pa", "stiffness"].iter().any(|name| self.path.ends_with(name))
+    }
+}
+
+/// The parameters that a refit may move, in the order in which they are tried: first those that recordings of
+/// vibration usually determine, last those that mostly repeat them.
+pub(crate) fn free_parameters(model: &Model) -> Vec<FreeParameter> {
+    let mut listed: Vec<(usize, FreeParameter)> = model
+        .parameters()
+        .into_iter()
+        .filter(|parameter| !parameter.fixed && !parameter.path.starts_with("physics."))
+        .filter_map(|parameter| {
+            let order = order_of(model, &parameter.path)?;
+            // A stiffness or damping of zero is a statement: that there is none.
+            let absent = parameter.value == 0.0 && !parameter.path.ends_with("damping_ratio");
+            (!absent || parameter.path.contains("participation")).then(|| (order, free(&parameter)))
+        })
+        .collect();
+    listed.sort_by_key(|(order, _)| *order);
+    listed.into_iter().map(|(_, parameter)| parameter).collect()
+}
+
+fn free(parameter: &stillbeam_plant::Parameter) -> FreeParameter {
+    let is_ratio = parameter.path.contains("damping_ratio") && !parameter.path.starts_with("drive");
+    let given = if is_ratio { parameter.value.max(1e-5) } else { parameter.value };
+    let logarithmic = given > 0.0 && parameter.lower >= 0.0;
+    let (lower, upper) = if logarithmic {
+        (parameter.lower.max(given * 1e-4), parameter.upper.min(given * 1e4))
+    } else {
+        (parameter.lower, parameter.upper)
+    };
+    FreeParameter { path: parameter.path.clone(), given, logarithmic, lower, upper }
+}
+
+/// Place in the order of trial; `None` for what a refit leaves alone.
+fn order_of(model: &Model, path: &str) -> Option<usize> {
+    const ORDER: [&str; 20] = [
+        "mode.",
+        "beam.young_Pa",
+        "beam.damping_ratio",
+        "beam.rayleigh",
+        "beam.tip_mass_kg",
+        "beam.clamp_stiffness_N_m_rad",
+        "base.mass_kg",
+        "base.viscous_N_s_m",
+        "drive.",
+        "body.",
+        "spring.",
+        "damper.",
+        "beam.thickness_m",
+        "beam.width_m",
+        "beam.second_moment_m4",
+        "beam.area_m2",
+        "beam.density_kg_m3",
+        "input.gain",
+        "beam.length_m",
+        "",
+    ];
+    // A lumped model under a known force: its gain repeats all masses, springs and dampers together.
+    if path == "input.gain" && !matches!(model, Model::Modal(_)) {
+        return None;
+    }
+    if path == "beam.length_m" {
+        return None;
+    }
+    ORDER.iter().position(|start| path.starts_with(start))
+}

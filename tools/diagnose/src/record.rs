@@ -1,0 +1,248 @@
+//! A recording made ready: the input on a grid fine enough to simulate from, the outputs as recorded.
+
+use stillbeam_identify::InputInterpolation;
+use stillbeam_identify::interpolation::PiecewiseCubic;
+use stillbeam_plant::Model;
+use stillbeam_recording::{Recording, Role};
+
+use crate::error::DiagnoseError;
+
+/// The fewest samples of an output that a diagnosis starts from.
+const LEAST_SAMPLES: usize = 100;
+/// Straight lines between grid points weaken a sine by (pi f / rate)² / 3: 0.09 % at this many points a period.
+const POINTS_PER_PERIOD: f64 = 60.0;
+/// The grid is refined at most this often.
+const MOST_REFINEMENT: f64 = 16.0;
+/// A smooth input has at most this share of its power's changes above a quarter of the sampling rate.
+const SMOOTH: f64 = 1e-3;
+
+/// One output of one recording.
+#[derive(Debug, Clone)]
+pub(crate) struct OutputSignal {
+    /// Which of the model's outputs.
+    pub(crate) index: usize,
+    /// Column name.
+    pub(crate) column: String,
+    /// Which of the record's stamps have a sample, ascending: a camera may be slower than the input's clock.
+    pub(crate) at: Vec<usize>,
+    /// The samples there are.
+    pub(crate) samples: Vec<f64>,
+}
+
+impl OutputSignal {
+    fn of(recording: &Recording, index: usize, column: &str) -> Option<Self> {
+        let all = recording.column(column).ok()?;
+        let at: Vec<usize> = (0..all.len()).filter(|&k| all[k].is_finite()).collect();
+        let samples = at.iter().map(|&k| all[k]).collect();
+        Some(Self { index, column: column.to_owned(), at, samples })
+    }
+
+    /// Without the samples for which `aside` holds; they are told apart by their place in `samples`.
+    pub(crate) fn without(&self, aside: &[usize]) -> Self {
+        let kept = |k: &usize| aside.binary_search(k).is_err();
+        let places: Vec<usize> = (0..self.at.len()).filter(kept).collect();
+        Self {
+            at: places.iter().map(|&k| self.at[k]).collect(),
+            samples: places.iter().map(|&k| self.samples[k]).collect(),
+            ..self.clone()
+        }
+    }
+}
+
+/// A recording that fits the model.
+#[derive(Debug, Clone)]
+pub(crate) struct Record {
+    pub(crate) name: String,
+    pub(crate) role: Role,
+    pub(crate) time_s: Vec<f64>,
+    /// At `time_s`; `None` for a free decay.
+    pub(crate) input: Option<Vec<f64>>,
+    /// What the plant is simulated over: every interval of `time_s` cut into `refinement` parts.
+    pub(crate) grid: Recording,
+    pub(crate) refinement: usize,
+    pub(crate) outputs: Vec<OutputSignal>,
+}
+
+impl Record {
+    /// Checks a recording against the model and readies it. `slowest_hz` and `fastest_hz` are the model's
+    /// lowest and highest frequencies, if it has any.
+    pub(crate) fn new(
+        recording: &Recording,
+        role: Role,
+        model: &Model,
+        slowest_hz: Option<f64>,
+        fastest_hz: Option<f64>,
+    ) -> Result<Self, DiagnoseError> {
+        let needed = needed_columns(model);
+        let column_error = |source| DiagnoseError::Column { source, needed: needed.clone() };
+        recording.check().map_err(column_error)?;
+        let input = match model.input() {
+            None => None,
+            Some(input) => {
+                let samples = recording.column(&input.column).map_err(column_error)?;
+                check_input(recording, &input.column, samples)?;
+                Some(samples.to_vec())
+            }
+        };
+        let outputs = outputs_of(recording, model)?;
+        for output in &outputs {
+            check_output(recording, output, slowest_hz)?;
+        }
+        let refinement = match &input {
+            Some(samples) if is_smooth(samples) => {
+                let fastest_hz = fastest_hz.unwrap_or(0.0).max(highest_frequency_hz(recording, samples));
+                let rate_hz = 1.0 / recording.median_interval_s();
+                (POINTS_PER_PERIOD * fastest_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize
+            }
+            _ => 1,
+        };
+        let grid = fine_grid(recording, model, input.as_deref(), refinement);
+        Ok(Self {
+            name: recording.name.clone(),
+            role,
+            time_s: recording.time_s.clone(),
+            input,
+            grid,
+            refinement,
+            outputs,
+        })
+    }
+
+    /// Times of the samples of an output.
+    pub(crate) fn times_s(&self, output: usize) -> Vec<f64> {
+        self.outputs[output].at.iter().map(|&k| self.time_s[k]).collect()
+    }
+
+    /// Samples per second of an output.
+    pub(crate) fn rate_hz(&self, output: usize) -> f64 {
+        let count = self.outputs[output].at.len();
+        if count > 1 && self.duration_s() > 0.0 { (count - 1) as f64 / self.duration_s() } else { 1.0 }
+    }
+
+    /// Length in seconds.
+    pub(crate) fn duration_s(&self) -> f64 {
+        match self.time_s.as_slice() {
+            [first, .., last] => last - first,
+            _ => 0.0,
+        }
+    }
+}
+
+/// Every column that the model names.
+fn needed_columns(model: &Model) -> Vec<String> {
+    let mut columns: Vec<String> = model.input().map(|input| input.column.clone()).into_iter().collect();
+    columns.extend(model.output_columns());
+    columns
+}
+
+fn check_input(recording: &Recording, column: &str, samples: &[f64]) -> Result<(), DiagnoseError> {
+    if let Some(index) = samples.iter().position(|value| value.is_nan()) {
+        let source = stillbeam_plant::PlantError::InputGap {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            row: index + 2,
+        };
+        return Err(DiagnoseError::Simulation { recording: recording.name.clone(), source });
+    }
+    let value = samples.first().copied().unwrap_or(0.0);
+    if samples.iter().all(|sample| *sample == value) {
+        let (recording, column) = (recording.name.clone(), column.to_owned());
+        return Err(DiagnoseError::FlatInput { recording, column, value });
+    }
+    Ok(())
+}
+
+/// The model's outputs that are recorded; an output that is the input itself says nothing.
+fn outputs_of(recording: &Recording, model: &Model) -> Result<Vec<OutputSignal>, DiagnoseError> {
+    let input = model.input().map(|input| input.column.as_str());
+    let wanted: Vec<(usize, String)> = model
+        .output_columns()
+        .into_iter()
+        .enumerate()
+        .filter(|(_, column)| Some(column.as_str()) != input)
+        .collect();
+    let outputs: Vec<OutputSignal> =
+        wanted.iter().filter_map(|(index, column)| OutputSignal::of(recording, *index, column)).collect();
+    if outputs.is_empty() {
+        return Err(DiagnoseError::NoOutput {
+            recording: recording.name.clone(),
+            outputs: wanted.into_iter().map(|(_, column)| column).collect(),
+            present: recording.column_names(),
+        });
+    }
+    Ok(outputs)
+}
+
+fn check_output(
+    recording: &Recording,
+    output: &OutputSignal,
+    slowest_hz: Option<f64>,
+) -> Result<(), DiagnoseError> {
+    let (found, duration_s) = (output.samples.len(), recording.duration_s());
+    let required_s = slowest_hz.filter(|frequency_hz| *frequency_hz > 0.0).map_or(0.0, |hz| 3.0 / hz);
+    if found < LEAST_SAMPLES || duration_s < required_s {
+        return Err(DiagnoseError::TooShort {
+            recording: recording.name.clone(),
+            column: output.column.clone(),
+            found,
+            required: LEAST_SAMPLES,
+            duration_s,
+            required_s,
+        });
+    }
+    let value = output.samples.first().copied().unwrap_or(0.0);
+    if output.samples.iter().all(|sample| *sample == value) {
+        let (recording, column) = (recording.name.clone(), output.column.clone());
+        return Err(DiagnoseError::FlatOutput { recording, column, value });
+    }
+    Ok(())
+}
+
+/// Whether a spline through the samples is what happened between them: neighbouring differences of a smooth
+/// signal are small against the signal's own changes.
+fn is_smooth(samples: &[f64]) -> bool {
+    let second: f64 = samples.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2)).sum();
+    let fourth: f64 =
+        samples.windows(5).map(|w| (w[4] - 4.0 * w[3] + 6.0 * w[2] - 4.0 * w[1] + w[0]).powi(2)).sum();
+    // For a sine at a quarter of the sampling rate this ratio is 4, for 1/12 of it 0.07; white noise has 11.7.
+    second == 0.0 || fourth < 0.3 * second || second < SMOOTH * centred_power(samples)
+}
+
+fn centred_power(samples: &[f64]) -> f64 {
+    let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
+    samples.iter().map(|value| (value - mean).powi(2)).sum()
+}
+
+/// A rough upper end of the input's band: from the power of its changes, weighted to where they are fastest.
+fn highest_frequency_hz(recording: &Recording, samples: &[f64]) -> f64 {
+    let rate_hz = 1.0 / recording.median_interval_s();
+    let first: f64 = samples.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
+    let second: f64 = samples.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2)).sum();
+    if first > 0.0 { (second / first).sqrt() * rate_hz / std::f64::consts::TAU } else { 0.0 }
+}
+
+/// The input on the fine grid, as a recording to simulate over; zeros where the model has no input.
+fn fine_grid(recording: &Recording, model: &Model, input: Option<&[f64]>, refinement: usize) -> Recording {
+    let mut time_s = Vec::with_capacity(recording.len() * refinement);
+    for pair in recording.time_s.windows(2) {
+        let part_s = (pair[1] - pair[0]) / refinement as f64;
+        time_s.extend((0..refinement).map(|part| pair[0] + part as f64 * part_s));
+    }
+    time_s.extend(recording.time_s.last());
+    let grid = Recording::new(recording.name.clone(), time_s.clone());
+    match (model.input(), input) {
+        (Some(described), Some(samples)) => {
+            let fine = if refinement == 1 {
+                samples.to_vec()
+            } else {
+                PiecewiseCubic::new(&recording.time_s, samples, InputInterpolation::Cubic)
+                    .sample(time_s)
+                    .into_iter()
+                    .map(|[value, ..]| value)
+                    .collect()
+            };
+            grid.with_column(described.column.clone(), fine)
+        }
+        _ => grid,
+    }
+}

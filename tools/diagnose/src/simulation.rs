@@ -1,0 +1,184 @@
+//! A model with values for its parameters, run over a recording.
+
+use std::collections::HashMap;
+
+use stillbeam_plant::state_space::Discrete;
+use stillbeam_plant::{
+    InitialState, Input, LumpedInput, Model, Physics, PlantError, StateSpace, simulate as run,
+};
+use stillbeam_recording::Recording;
+
+use crate::parameters::FreeParameter;
+use crate::record::Record;
+
+/// A column that drives a model which has no input of its own: a force that stays zero.
+const NO_FORCE: &str = "force_N";
+
+/// A model, and how many of its laws were added by the diagnosis.
+#[derive(Debug, Clone)]
+pub(crate) struct Hypothesis {
+    pub(crate) model: Model,
+}
+
+impl Hypothesis {
+    /// The same with other values of some parameters; `None` where the model would not be one any more.
+    pub(crate) fn with_values(&self, free: &[FreeParameter], values: &[f64]) -> Option<Self> {
+        let mut moved = self.clone();
+        for (parameter, value) in free.iter().zip(values) {
+            moved.model.set_parameter(&parameter.path, *value).ok()?;
+        }
+        moved.model.check().ok()?;
+        Some(moved)
+    }
+
+    /// The same with some parameters back at their given values.
+    pub(crate) fn with_given(&self, indices: &[usize], free: &[FreeParameter]) -> Option<Self> {
+        let chosen: Vec<FreeParameter> = indices.iter().map(|&index| free[index].clone()).collect();
+        let values: Vec<f64> = chosen.iter().map(|parameter| parameter.given).collect();
+        self.with_values(&chosen, &values)
+    }
+
+    /// The same with one more law; its parameters are then at `physics.N.name`, N counting from 1.
+    pub(crate) fn with_law(&self, law: Physics) -> Self {
+        let mut extended = self.clone();
+        extended.model.setup_mut().physics.push(law);
+        extended
+    }
+
+    /// Whether initial states only add their free response.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.model.setup().physics.is_empty()
+    }
+}
+
+/// Names of the coordinates that an initial state is made of.
+fn coordinates(space: &StateSpace) -> Vec<String> {
+    space.points().iter().filter(|point| point.is_coordinate).map(|point| point.name.clone()).collect()
+}
+
+/// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of every
+/// coordinate, on top of the rest that the model starts from.
+pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
+    let mut model = hypothesis.model.clone();
+    if initial.iter().any(|value| *value != 0.0) {
+        let space = StateSpace::new(&model).ok()?;
+        set_initial(&mut model, &space, record, initial)?;
+    }
+    let simulated = if model.input().is_some() {
+        run(&model, &record.grid).ok()?
+    } else {
+        let grid = with_zero_input(&mut model, &record.grid)?;
+        run(&model, &grid).ok()?
+    };
+    record
+        .outputs
+        .iter()
+        .map(|output| {
+            let column = simulated.column(&output.column).ok()?;
+            Some(output.at.iter().map(|&k| column[k * record.refinement]).collect())
+        })
+        .collect()
+}
+
+/// Adds to the initial state of a model, which by default is rest where the input starts.
+fn set_initial(model: &mut Model, space: &StateSpace, record: &Record, initial: &[f64]) -> Option<()> {
+    let start = record.input.as_ref().and_then(|input| input.first().copied()).unwrap_or(0.0);
+    let rest = space.rest_at(start);
+    let own = model.setup().initial.clone();
+    for (name, pair) in coordinates(space).into_iter().zip(initial.chunks_exact(2)) {
+        let (index, _) = space.find_point(&name)?;
+        let point = &space.points()[index];
+        let before = own.get(&name).copied().unwrap_or(InitialState {
+            displacement: point.displacement.read(&rest, start, 0.0),
+            velocity: point.velocity.read(&rest, start, 0.0),
+        });
+        let state =
+            InitialState { displacement: before.displacement + pair[0], velocity: before.velocity + pair[1] };
+        model.setup_mut().initial.insert(name, state);
+    }
+    Some(())
+}
+
+fn with_zero_input(model: &mut Model, grid: &Recording) -> Option<Recording> {
+    let input = Input::new(NO_FORCE);
+    match model {
+        Model::BeamOnBase(beam) => beam.input = Some(input),
+        Model::Modal(modal) => modal.input = Some(input),
+        Model::Lumped(lumped) => {
+            let body = lumped.bodies.first()?.name.clone();
+            lumped.input = Some(LumpedInput { signal: input, body, moves_body: false });
+        }
+        _ => return None,
+    }
+    Some(grid.clone().with_column(NO_FORCE, vec![0.0; grid.len()]))
+}
+
+/// The response of every recorded output to a unit of every initial value, the input being zero: displacement and
+/// velocity of every coordinate in turn, of the linear model.
+pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
+    let space = StateSpace::new(&hypothesis.model).ok()?;
+    let rest = space.rest_at(0.0);
+    let mut steps: HashMap<u64, Discrete> = HashMap::new();
+    let mut responses = Vec::new();
+    for name in coordinates(&space) {
+        for unit in [(1.0, 0.0), (0.0, 1.0)] {
+            let state = space.state_from(&std::iter::once((name.clone(), unit)).collect(), 0.0).ok()?;
+            let start: Vec<f64> = state.iter().zip(&rest).map(|(a, b)| a - b).collect();
+            let outputs: Option<Vec<Vec<f64>>> = record
+                .outputs
+                .iter()
+                .map(|output| {
+                    let times: Vec<f64> = output.at.iter().map(|&k| record.time_s[k]).collect();
+                    free_response(&space, output.index, &start, record.time_s[0], &times, &mut steps)
+                })
+                .collect();
+            responses.push(outputs?);
+        }
+    }
+    Some(responses)
+}
+
+fn free_response(
+    space: &StateSpace,
+    output: usize,
+    start: &[f64],
+    start_s: f64,
+    times_s: &[f64],
+    steps: &mut HashMap<u64, Discrete>,
+) -> Option<Vec<f64>> {
+    let row = &space.outputs().get(output)?.row;
+    let mut state = start.to_vec();
+    let mut next = Vec::with_capacity(state.len());
+    let mut now = start_s;
+    let mut response = Vec::with_capacity(times_s.len());
+    for &time_s in times_s {
+        let interval_s = time_s - now;
+        if interval_s > 0.0 {
+            // To the nanosecond, so that stamps that differ by rounding share a step.
+            let rounded_s = (interval_s * 1e9).round() * 1e-9;
+            let step = match steps.entry(rounded_s.to_bits()) {
+                std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
+                std::collections::hash_map::Entry::Vacant(place) => {
+                    place.insert(space.discretise(rounded_s).ok()?)
+                }
+            };
+            step.advance(&state, 0.0, 0.0, &mut next);
+            std::mem::swap(&mut state, &mut next);
+            now = time_s;
+        }
+        response.push(row.read(&state, 0.0, 0.0));
+    }
+    Some(response)
+}
+
+/// Lowest and highest frequency at which a model vibrates, hertz; `None` when it does not.
+pub(crate) fn frequency_range_hz(model: &Model) -> Result<(Option<f64>, Option<f64>), PlantError> {
+    let space = StateSpace::new(model)?;
+    let eigenvalues = space.a().complex_eigenvalues();
+    let frequencies: Vec<f64> = eigenvalues
+        .iter()
+        .filter(|value| value.im > 1e-6 * value.norm() && value.norm() > 0.0)
+        .map(|value| value.norm() / std::f64::consts::TAU)
+        .collect();
+    Ok((frequencies.iter().copied().reduce(f64::min), frequencies.iter().copied().reduce(f64::max)))
+}

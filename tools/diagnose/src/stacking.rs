@@ -1,0 +1,174 @@
+//! Residuals of many recordings as one long vector, each output in units of its noise.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+
+use crate::record::Record;
+use crate::simulation::{Hypothesis, free_responses, simulate};
+
+/// What is fitted jointly, and in which unit each output counts.
+#[derive(Debug, Clone)]
+pub(crate) struct Stack<'r> {
+    pub(crate) records: Vec<&'r Record>,
+    /// Per record and recorded output: one over the scale in which its residuals count.
+    pub(crate) weights: Vec<Vec<f64>>,
+}
+
+/// One output of one recording in the long vector.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Segment {
+    pub(crate) record: usize,
+    pub(crate) output: usize,
+    pub(crate) range: Range<usize>,
+    /// Samples per second.
+    pub(crate) rate_hz: f64,
+}
+
+/// One recording under one hypothesis.
+#[derive(Debug, Clone)]
+pub(crate) struct RecordFit {
+    /// Outputs simulated from `initial`, without offsets, one per recorded output, in the output's unit.
+    pub(crate) simulated: Vec<Vec<f64>>,
+    /// What the nuisances (offsets, initial state) span, in weighted units.
+    pub(crate) nuisances: Orthonormal,
+    /// Weighted residuals with the nuisances taken out; outputs one after another.
+    pub(crate) residuals: Vec<f64>,
+    /// The initial state that was simulated from.
+    pub(crate) initial: Vec<f64>,
+}
+
+/// Initial states are corrected linearly; a correction worth more than this (in residual units, summed squares per
+/// sample) is simulated again.
+const CORRECTION: f64 = 1e-4;
+const MOST_CORRECTIONS: usize = 4;
+
+impl Stack<'_> {
+    /// Number of samples.
+    pub(crate) fn present(&self) -> usize {
+        self.segments().iter().map(|segment| segment.range.len()).sum()
+    }
+
+    /// The stretches of the long vector, one per recorded output of every recording.
+    pub(crate) fn segments(&self) -> Vec<Segment> {
+        let mut segments = Vec::new();
+        let mut start = 0;
+        for (record, described) in self.records.iter().enumerate() {
+            for (output, signal) in described.outputs.iter().enumerate() {
+                let end = start + signal.at.len();
+                let rate_hz = described.rate_hz(output);
+                segments.push(Segment { record, output, range: start..end, rate_hz });
+                start = end;
+            }
+        }
+        segments
+    }
+
+    /// Weighted departure of the recording from a simulation.
+    fn departure(&self, index: usize, simulated: &[Vec<f64>]) -> Vec<f64> {
+        let outputs = self.records[index].outputs.iter().zip(&self.weights[index]).zip(simulated);
+        outputs
+            .flat_map(|((output, weight), simulated)| {
+                output.samples.iter().zip(simulated).map(move |(m, s)| weight * (m - s))
+            })
+            .collect()
+    }
+
+    /// Weighted values of signals that are simulated where the outputs have samples.
+    pub(crate) fn weighted(&self, index: usize, signals: &[Vec<f64>]) -> Vec<f64> {
+        let outputs = self.weights[index].iter().zip(signals);
+        outputs.flat_map(|(weight, signal)| signal.iter().map(move |value| weight * value)).collect()
+    }
+
+    /// Offsets first, then one column per state.
+    fn nuisance_columns(&self, index: usize, free: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+        let record = self.records[index];
+        let constant = |which: usize| {
+            let outputs = record.outputs.iter().enumerate();
+            let signals: Vec<Vec<f64>> =
+                outputs.map(|(k, output)| vec![f64::from(k == which); output.at.len()]).collect();
+            self.weighted(index, &signals)
+        };
+        let offsets = (0..record.outputs.len()).map(constant);
+        offsets.chain(free.iter().map(|response| self.weighted(index, response))).collect()
+    }
+
+    /// One recording under a hypothesis; `None` where it cannot be simulated.
+    pub(crate) fn evaluate_record(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+    ) -> Option<RecordFit> {
+        let record = self.records[index];
+        let free = free_responses(hypothesis, record)?;
+        let columns = self.nuisance_columns(index, &free);
+        let mut nuisances = Orthonormal::default();
+        for column in &columns {
+            if !column.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            nuisances.push(column.clone());
+        }
+        let outputs = record.outputs.len();
+        let mut initial: Vec<f64> = (0..free.len()).map(|s| start.get(s).copied().unwrap_or(0.0)).collect();
+        let mut round = 0;
+        loop {
+            let mut simulated = simulate(hypothesis, record, &initial)?;
+            let mut residuals = self.departure(index, &simulated);
+            if !residuals.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            let components = nuisances.remove_from(&mut residuals);
+            let coefficients = nuisances.coefficients(&components);
+            let (_, corrections) = coefficients.split_at(outputs);
+            // A linear plant is corrected exactly.
+            let linear = hypothesis.is_linear();
+            let size = self.correction_size(&columns[outputs..], corrections);
+            if linear || round == MOST_CORRECTIONS || size < CORRECTION {
+                for (response, factor) in free.iter().zip(corrections).filter(|_| linear) {
+                    for (signal, part) in simulated.iter_mut().zip(response) {
+                        add_scaled(signal, *factor, part);
+                    }
+                }
+                if linear {
+                    add_scaled(&mut initial, 1.0, corrections);
+                }
+                return Some(RecordFit { simulated, nuisances, residuals, initial });
+            }
+            add_scaled(&mut initial, 1.0, corrections);
+            round += 1;
+        }
+    }
+
+    /// Mean square of what a correction of the initial state does to the outputs.
+    fn correction_size(&self, columns: &[Vec<f64>], corrections: &[f64]) -> f64 {
+        let n = columns.first().map_or(0, Vec::len);
+        let mut sum = vec![0.0; n];
+        for (column, factor) in columns.iter().zip(corrections) {
+            add_scaled(&mut sum, *factor, column);
+        }
+        dot(&sum, &sum) / n.max(1) as f64
+    }
+
+    /// All recordings under a hypothesis, in order, whatever the number of threads.
+    pub(crate) fn evaluate(&self, hypothesis: &Hypothesis, starts: &[Vec<f64>]) -> Option<Vec<RecordFit>> {
+        let start = |index: usize| starts.get(index).map_or(&[][..], Vec::as_slice);
+        (0..self.records.len())
+            .into_par_iter()
+            .map(|index| self.evaluate_record(index, hypothesis, start(index)))
+            .collect()
+    }
+
+    /// Weighted simulated outputs of one recording from a given initial state, nothing taken out.
+    pub(crate) fn prediction(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        initial: &[f64],
+    ) -> Option<Vec<f64>> {
+        let simulated = simulate(hypothesis, self.records[index], initial)?;
+        Some(self.weighted(index, &simulated))
+    }
+}

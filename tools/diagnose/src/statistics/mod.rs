@@ -1,0 +1,5 @@
+//! Statistics that hold when the noise is coloured.
+
+pub(crate) mod autoregression;
+pub(crate) mod distributions;
+pub(crate) mod long_run_variance;

@@ -1,0 +1,348 @@
+//! The recordings of one diagnosis and the three models on them.
+
+use stillbeam_identify::tall::dot;
+use stillbeam_plant::Model;
+use stillbeam_recording::{Recording, Role};
+
+use crate::adequacy::{Adequacy, Series, adequacy};
+use crate::error::DiagnoseError;
+use crate::fit::{Fitted, fit, refit, refit_from};
+use crate::noise::{NoiseFloor, OutputResidual, noise_floor, spectra};
+use crate::outliers::{lone_outliers, set_aside};
+use crate::parameters::{FreeParameter, free_parameters};
+use crate::record::Record;
+use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
+use crate::stacking::{RecordFit, Stack};
+
+/// The recordings, sorted by what they are for.
+#[derive(Debug, Clone)]
+pub(crate) struct Study {
+    pub(crate) train: Vec<Record>,
+    pub(crate) held_out: Vec<Record>,
+    /// Lines about samples set aside.
+    pub(crate) set_aside: Vec<String>,
+    /// What keeps the verdict from saying more.
+    pub(crate) caps: Vec<String>,
+    /// Per output of the model: one over the scale of its residuals.
+    pub(crate) weights: Vec<f64>,
+    /// Lowest and highest frequency of the model, hertz.
+    pub(crate) slowest_hz: Option<f64>,
+    pub(crate) fastest_hz: Option<f64>,
+}
+
+/// A model on all recordings.
+#[derive(Debug, Clone)]
+pub(crate) struct OnAll {
+    pub(crate) train: Vec<RecordFit>,
+    pub(crate) held_out: Vec<RecordFit>,
+}
+
+impl Study {
+    /// Sorts and checks the recordings.
+    pub(crate) fn new(
+        model: &Model,
+        train: &[Recording],
+        held_out: &[Recording],
+    ) -> Result<Self, DiagnoseError> {
+        let (slowest_hz, fastest_hz) = frequency_range_hz(model)?;
+        let mut study = Self {
+            train: Vec::new(),
+            held_out: Vec::new(),
+            set_aside: Vec::new(),
+            caps: Vec::new(),
+            weights: vec![1.0; model.output_columns().len()],
+            slowest_hz,
+            fastest_hz,
+        };
+        let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
+        let by_side_file = train.iter().map(|recording| (recording, recording.role.unwrap_or(Role::Train)));
+        for (recording, role) in by_side_file.chain(told) {
+            let record = Record::new(recording, role, model, slowest_hz, fastest_hz)?;
+            match role {
+                Role::Train => study.train.push(record),
+                Role::HeldOut => study.held_out.push(record),
+            }
+        }
+        if study.train.is_empty() {
+            return Err(DiagnoseError::NoTraining);
+        }
+        study.find_held_out(model, train)?;
+        Ok(study)
+    }
+
+    /// Without held-out recordings the last training one is held out, or half of the only one.
+    fn find_held_out(&mut self, model: &Model, train: &[Recording]) -> Result<(), DiagnoseError> {
+        if !self.held_out.is_empty() {
+            return Ok(());
+        }
+        if self.train.len() > 1 {
+            if let Some(last) = self.train.pop() {
+                self.caps.push(format!(
+                    "no recording was given as held out; {} was held out, so the others had to do for training",
+                    last.name
+                ));
+                self.held_out.push(Record { role: Role::HeldOut, ..last });
+            }
+            return Ok(());
+        }
+        let Some(only) = train.first() else { return Ok(()) };
+        let middle = only.len() / 2;
+        let half = |from: usize, to: usize, which: &str| {
+            let mut part = only.clone();
+            part.name = format!("{}, {which} half", only.name);
+            part.time_s = only.time_s[from..to].to_vec();
+            for column in &mut part.columns {
+                column.samples = column.samples[from..to].to_vec();
+            }
+            part
+        };
+        let first = Record::new(&half(0, middle, "first"), Role::Train, model, None, self.fastest_hz);
+        let second =
+            Record::new(&half(middle, only.len(), "second"), Role::HeldOut, model, None, self.fastest_hz);
+        if let (Ok(first), Ok(second)) = (first, second) {
+            self.train = vec![first];
+            self.held_out = vec![second];
+            self.caps.push(
+                "only one recording was given: its second half was held out, and a law that depends on amplitude \
+                 cannot be confirmed at another one; record a second run at another amplitude"
+                    .to_owned(),
+            );
+        } else {
+            self.caps.push("only one short recording was given: nothing could be held out".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The recordings of one role as one long vector.
+    pub(crate) fn stack(&self, role: Role) -> Stack<'_> {
+        let records = match role {
+            Role::Train => &self.train,
+            Role::HeldOut => &self.held_out,
+        };
+        let weights = records
+            .iter()
+            .map(|record| record.outputs.iter().map(|output| self.weights[output.index]).collect())
+            .collect();
+        Stack { records: records.iter().collect(), weights }
+    }
+
+    /// A hypothesis on all recordings: offsets and initial states are fitted, nothing else.
+    pub(crate) fn on_all(
+        &self,
+        hypothesis: &Hypothesis,
+        train_starts: &[Vec<f64>],
+        held_out_starts: &[Vec<f64>],
+    ) -> Result<OnAll, DiagnoseError> {
+        let diverged = |records: &[Record]| DiagnoseError::Diverged {
+            recording: records.first().map_or_else(String::new, |record| record.name.clone()),
+        };
+        Ok(OnAll {
+            train: self
+                .stack(Role::Train)
+                .evaluate(hypothesis, train_starts)
+                .ok_or_else(|| diverged(&self.train))?,
+            held_out: self
+                .stack(Role::HeldOut)
+                .evaluate(hypothesis, held_out_starts)
+                .ok_or_else(|| diverged(&self.held_out))?,
+        })
+    }
+
+    /// Refuses outputs whose size is out of all proportion to what the model computes from rest.
+    fn check_units(&self, given: &Hypothesis) -> Result<(), DiagnoseError> {
+        // A body that nothing holds may drift anywhere.
+        if self.slowest_hz.is_none() || given.model.input().is_none() {
+            return Ok(());
+        }
+        for record in self.train.iter().chain(&self.held_out) {
+            let Some(simulated) = simulate(given, record, &[]) else { continue };
+            for (output, simulated) in record.outputs.iter().zip(&simulated) {
+                let (largest, expected) = (reach(&output.samples), reach(simulated));
+                let ratio = largest / expected;
+                if expected > 0.0 && !(1.0 / UNIT..UNIT).contains(&ratio) {
+                    let (recording, column) = (record.name.clone(), output.column.clone());
+                    return Err(DiagnoseError::Unit { recording, column, largest, expected });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Weights every output by its residuals under a model.
+    pub(crate) fn weigh_by(&mut self, on_all: &OnAll) {
+        for output in 0..self.weights.len() {
+            let (mut sum, mut count) = (0.0, 0);
+            for part in self.parts(on_all, output) {
+                sum += dot(&part.residual, &part.residual);
+                count += part.residual.len();
+            }
+            if count > 0 && sum > 0.0 {
+                self.weights[output] =
+                    1.0 / (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX))).sqrt();
+            }
+        }
+    }
+
+    /// Residuals of one of the model's outputs in its unit, training recordings first.
+    pub(crate) fn parts<'s>(&'s self, on_all: &'s OnAll, output: usize) -> Vec<OutputResidual<'s>> {
+        let records = self.train.iter().zip(&on_all.train).chain(self.held_out.iter().zip(&on_all.held_out));
+        let mut parts = Vec::new();
+        for (record, fit) in records {
+            let mut start = 0;
+            for (place, signal) in record.outputs.iter().enumerate() {
+                let end = start + signal.at.len();
+                if signal.index == output {
+                    let weight = self.weights[output];
+                    parts.push(OutputResidual {
+                        record,
+                        output: place,
+                        residual: fit.residuals[start..end].iter().map(|value| value / weight).collect(),
+                        simulated: &fit.simulated[place],
+                    });
+                }
+                start = end;
+            }
+        }
+        parts
+    }
+
+    /// Noise floors of the model's outputs, from what a model leaves over; `None` for outputs never recorded.
+    pub(crate) fn floors(&self, on_all: &OnAll) -> Vec<Option<NoiseFloor>> {
+        (0..self.weights.len()).map(|output| noise_floor(&self.parts(on_all, output))).collect()
+    }
+
+    /// Frequencies at which the residual of a model rings, strongest first; at most four.
+    pub(crate) fn peaks_hz(&self, on_all: &OnAll) -> Vec<f64> {
+        let mut peaks: Vec<(f64, f64)> = Vec::new();
+        for output in 0..self.weights.len() {
+            for part in self.parts(on_all, output) {
+                let rate_hz = part.record.rate_hz(part.output);
+                let length = (part.residual.len() / 2).next_power_of_two() / 2;
+                let windows = spectra(&part.residual, length.max(4));
+                let bins = windows.first().map_or(0, Vec::len);
+                let mean: Vec<f64> = (0..bins)
+                    .map(|bin| {
+                        windows.iter().map(|window| window[bin]).sum::<f64>() * self.weights[output].powi(2)
+                    })
+                    .collect();
+                for bin in 2..bins.saturating_sub(2) {
+                    let around = 0.25 * (mean[bin - 2] + mean[bin - 1] + mean[bin + 1] + mean[bin + 2]);
+                    if mean[bin] > mean[bin - 1] && mean[bin] >= mean[bin + 1] && mean[bin] > 2.0 * around {
+                        let offset = peak_offset(mean[bin - 1], mean[bin], mean[bin + 1]);
+                        peaks.push((mean[bin], (bin as f64 + offset) * rate_hz / length as f64));
+                    }
+                }
+            }
+        }
+        peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut chosen: Vec<f64> = Vec::new();
+        for (_, hz) in peaks {
+            if chosen.len() < 4 && chosen.iter().all(|other| (hz / other - 1.0).abs() > 0.02) {
+                chosen.push(hz);
+            }
+        }
+        chosen
+    }
+
+    /// The tests of every output of every recording, training first.
+    pub(crate) fn adequacies(&self, on_all: &OnAll, floors: &[Option<NoiseFloor>]) -> Vec<(Role, Adequacy)> {
+        let mut tests = Vec::new();
+        for (output, floor) in floors.iter().enumerate() {
+            let Some(floor) = floor else { continue };
+            for part in self.parts(on_all, output) {
+                let signal = &part.record.outputs[part.output];
+                let input = part.record.input.as_ref();
+                let series = Series {
+                    residual: &part.residual,
+                    simulated: part.simulated,
+                    input: input.map(|input| signal.at.iter().map(|&k| input[k]).collect()),
+                    rate_hz: part.record.rate_hz(part.output),
+                    noise_rms: floor.rms,
+                    slowest_hz: self.slowest_hz.unwrap_or(0.0),
+                };
+                tests.push((part.record.role, adequacy(&series)));
+            }
+        }
+        tests
+    }
+
+    /// Takes out lone outliers that a fitted model shows. Whether there were any.
+    pub(crate) fn clean(&mut self, on_all: &OnAll) -> bool {
+        let mut lines = Vec::new();
+        let mut cleaned = |records: &[Record], stack: &Stack<'_>, fits: &[RecordFit]| -> Vec<Record> {
+            records
+                .iter()
+                .enumerate()
+                .map(|(index, record)| {
+                    let (record, said) = set_aside(record, &lone_outliers(stack, index, &fits[index]));
+                    lines.extend(said);
+                    record
+                })
+                .collect()
+        };
+        let train = cleaned(&self.train, &self.stack(Role::Train), &on_all.train);
+        let held_out = cleaned(&self.held_out, &self.stack(Role::HeldOut), &on_all.held_out);
+        (self.train, self.held_out) = (train, held_out);
+        let any = !lines.is_empty();
+        self.set_aside.extend(lines);
+        any
+    }
+}
+
+/// A recorded output this many times larger or smaller than simulated is in another unit.
+const UNIT: f64 = 200.0;
+
+/// Root mean square about the mean.
+fn reach(samples: &[f64]) -> f64 {
+    let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
+    (samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len().max(1) as f64).sqrt()
+}
+
+/// Offset of a peak from its highest bin, from the parabola through the logarithms.
+fn peak_offset(left: f64, middle: f64, right: f64) -> f64 {
+    let (l, m, r) = (left.max(1e-300).ln(), middle.max(1e-300).ln(), right.max(1e-300).ln());
+    let curvature = l - 2.0 * m + r;
+    if curvature < 0.0 { (0.5 * (l - r) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
+}
+
+/// The given model and its refit, on all recordings.
+pub(crate) struct Compared {
+    pub(crate) given: OnAll,
+    pub(crate) refitted: Fitted,
+    pub(crate) refitted_on_all: OnAll,
+    pub(crate) floors: Vec<Option<NoiseFloor>>,
+    /// Paths of parameters that the recordings cannot determine.
+    pub(crate) undetermined: Vec<String>,
+}
+
+/// Given and refitted model: outputs weighted by their noise, outliers set aside.
+pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared, DiagnoseError> {
+    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    study.check_units(given)?;
+    let given_on_all = study.on_all(given, &[], &[])?;
+    study.weigh_by(&given_on_all);
+    let (first, _) = refit(&study.stack(Role::Train), given, &candidates)?;
+    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
+    study.clean(&first_on_all);
+    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
+    study.weigh_by(&first_on_all);
+    let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, &first)?;
+    let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
+    let floors = study.floors(&refitted_on_all);
+    for (weight, floor) in study.weights.iter_mut().zip(&floors) {
+        if let Some(floor) = floor.as_ref().filter(|floor| floor.rms > 0.0) {
+            *weight = 1.0 / floor.rms;
+        }
+    }
+    let again = fit(
+        &study.stack(Role::Train),
+        &refitted.hypothesis,
+        &refitted.free,
+        &refitted.values,
+        &refitted.initial_states(),
+    );
+    let refitted = again.unwrap_or(refitted);
+    let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
+    let given = study.on_all(given, &[], &[])?;
+    Ok(Compared { given, refitted, refitted_on_all, floors, undetermined })
+}

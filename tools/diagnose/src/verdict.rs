@@ -1,0 +1,171 @@
+//! From what was selected to effects, ties and a verdict.
+
+use std::collections::BTreeMap;
+
+use stillbeam_plant::Model;
+
+use crate::naming::selection::{Member, Selection, Tried};
+use crate::naming::trials::Candidate;
+use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
+use crate::statistics::distributions::two_sided_normal;
+
+/// The verdict from what was found and whether only noise is left.
+pub(crate) fn verdict(selection: &Selection, refit_adequate: bool, rest_is_noise: bool) -> Verdict {
+    if selection.chosen.laws.is_empty() {
+        return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
+    }
+    if !selection.rivals.is_empty() {
+        return Verdict::Ambiguous;
+    }
+    if rest_is_noise { Verdict::Explained } else { Verdict::Improved }
+}
+
+/// Effects in order of importance: what the held-out (or training) recordings would lose.
+pub(crate) fn effects(selection: &Selection, candidates: &[Candidate], samples: f64) -> Vec<Effect> {
+    let mut found: Vec<(f64, Effect)> = selection
+        .judged
+        .iter()
+        .filter(|tried| selection.chosen.laws.contains(&tried.candidate))
+        .map(|tried| {
+            let candidate = &candidates[tried.candidate];
+            let gain_db = tried.held_out.map_or(tried.training.gain_db, |held_out| held_out.gain_db);
+            let evidence = Evidence {
+                delta_bic: -samples * tried.training.gain_db / 10.0 * std::f64::consts::LN_10
+                    + tried.parameters.len() as f64 * samples.ln(),
+                held_out_gain_db: gain_db,
+                p_value: two_sided_normal(tried.training.t()),
+                held_out_z: tried.held_out.map(|held_out| held_out.z),
+            };
+            let parameters = estimates(&selection.chosen.fitted.hypothesis.model, candidate, tried);
+            let sentence = sentence(candidate, &parameters, gain_db);
+            let effect = Effect {
+                id: candidate.law.id().to_owned(),
+                location: candidate.location.clone(),
+                parameters,
+                evidence,
+                sentence,
+            };
+            (gain_db, effect)
+        })
+        .collect();
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    found.into_iter().map(|(_, effect)| effect).collect()
+}
+
+fn estimates(model: &Model, candidate: &Candidate, tried: &Tried) -> BTreeMap<String, ParameterEstimate> {
+    let units = stillbeam_plant::catalogue::parameters_of(model, candidate.law, &candidate.location);
+    tried
+        .parameters
+        .iter()
+        .map(|(name, value, stderr, ..)| {
+            let unit = units.iter().find(|(spec, _)| spec.name == name).map(|(_, unit)| unit.clone());
+            let estimate =
+                ParameterEstimate { value: *value, stderr: *stderr, unit: unit.unwrap_or_default() };
+            (name.clone(), estimate)
+        })
+        .collect()
+}
+
+/// What was left out, its numbers, what it is good for, and how it is recognised.
+fn sentence(candidate: &Candidate, parameters: &BTreeMap<String, ParameterEstimate>, gain_db: f64) -> String {
+    let numbers: Vec<String> = parameters
+        .iter()
+        .map(|(name, estimate)| {
+            format!(
+                "{} {}",
+                name.replace('_', " "),
+                with_error(estimate.value, estimate.stderr, &estimate.unit)
+            )
+        })
+        .collect();
+    format!(
+        "{} at the {} was left out: {}. Without it the error is {:.1} times as large. {}",
+        capitalised(&candidate.law.id().replace('_', " ")),
+        candidate.location,
+        numbers.join(", "),
+        10f64.powf(gain_db / 20.0),
+        candidate.law.sentence(),
+    )
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// `3.12 ± 0.10 N`: as many digits as the error's first two allow.
+pub fn with_error(value: f64, stderr: f64, unit: &str) -> String {
+    if !(stderr.is_finite() && stderr > 0.0 && value.is_finite()) {
+        return format!("{value:.4e} {unit}").trim_end().to_owned();
+    }
+    let digits = 1 - stderr.log10().floor() as i32;
+    let plain = value.abs() < 1e5 && (0..=6).contains(&digits);
+    let text = if plain {
+        let digits = usize::try_from(digits).unwrap_or(0);
+        format!("{value:.digits$} ± {stderr:.digits$} {unit}")
+    } else {
+        let significant = (value.abs() / stderr).max(1.0).log10().floor().clamp(0.0, 8.0) as usize + 1;
+        format!("({value:.significant$e} ± {stderr:.1e}) {unit}")
+    };
+    text.trim_end().to_owned()
+}
+
+/// Sets of laws that cannot be told from the chosen one.
+pub(crate) fn ties(selection: &Selection, candidates: &[Candidate]) -> Vec<Tie> {
+    if selection.rivals.is_empty() {
+        return Vec::new();
+    }
+    let name = |member: &Member| -> Vec<String> {
+        member.laws.iter().map(|index| candidates[*index].name()).collect()
+    };
+    let sets: Vec<Vec<String>> =
+        std::iter::once(&selection.chosen).chain(&selection.rivals).map(name).collect();
+    let words: Vec<String> = sets.iter().map(|set| set.join(" with ")).collect();
+    let sentence = format!("These recordings cannot tell apart: {}.", words.join("; or "));
+    vec![Tie { candidates: sets, sentence }]
+}
+
+/// Every candidate with what became of it.
+pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64) -> Vec<CandidateRow> {
+    let model = &selection.chosen.fitted.hypothesis.model;
+    let mut rows: Vec<CandidateRow> = selection
+        .screened
+        .iter()
+        .map(|screened| {
+            let candidate = &candidates[screened.candidate];
+            let of = |tried: &&Tried| tried.candidate == screened.candidate;
+            let tried = selection.judged.iter().find(of).or_else(|| selection.tried.iter().find(of));
+            let gates = tried.map_or_else(
+                || {
+                    vec![Gate {
+                        name: "screen".to_owned(),
+                        passed: screened.t.abs() > gate_t,
+                        detail: format!(
+                            "{:.1} standard errors from zero; {}",
+                            screened.t.abs(),
+                            if screened.t.abs() > gate_t { "others explain more" } else { "not seen" }
+                        ),
+                    }]
+                },
+                |tried| tried.gates.clone(),
+            );
+            CandidateRow {
+                id: candidate.law.id().to_owned(),
+                location: candidate.location.clone(),
+                screen_t: screened.t,
+                hidden_share: screened.hidden,
+                parameters: tried.map(|tried| estimates(model, candidate, tried)).unwrap_or_default(),
+                training_t: tried.map(|tried| tried.training.t()),
+                held_out_z: tried.and_then(|tried| tried.held_out).map(|held_out| held_out.z),
+                gates,
+                named: selection.chosen.laws.contains(&screened.candidate),
+            }
+        })
+        .collect();
+    rows.sort_by(|a, b| {
+        let key = |row: &CandidateRow| (row.named, row.training_t.is_some(), row.screen_t.abs());
+        let (a, b) = (key(a), key(b));
+        b.0.cmp(&a.0).then(b.1.cmp(&a.1)).then(b.2.total_cmp(&a.2))
+    });
+    rows
+}

@@ -1,0 +1,151 @@
+//! Truth for the tests: a beam on a base, simulated with laws of the catalogue at twenty times the recordings' rate,
+//! seen by sensors with noise of a given colour.
+#![allow(dead_code, reason = "every test file uses its own part")]
+
+use std::f64::consts::TAU;
+
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_recording::Recording;
+
+/// One run of the machine.
+#[derive(Debug, Clone, Copy)]
+pub struct Run {
+    pub exponential: bool,
+    pub duration_s: f64,
+    /// Times the bench's amplitude.
+    pub amplitude: f64,
+}
+
+/// Three to train on and two to hold out: other amplitudes and other durations.
+pub const RUNS: [Run; 5] = [
+    Run { exponential: false, duration_s: 80.0, amplitude: 1.0 },
+    Run { exponential: true, duration_s: 80.0, amplitude: 1.0 },
+    Run { exponential: true, duration_s: 80.0, amplitude: 2.0 },
+    Run { exponential: false, duration_s: 70.0, amplitude: 2.5 },
+    Run { exponential: true, duration_s: 90.0, amplitude: 1.4 },
+];
+
+/// Root mean square of the noise on every sensor, metres.
+pub const NOISE_M: f64 = 5e-5;
+
+/// How the machine is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bench {
+    /// The base is moved by 1 mm, and only the tip is seen.
+    MovedBase,
+    /// A force of 4 N acts on the base, which rolls with some friction; base and tip are seen.
+    ForcedBase,
+}
+
+const BEAM: &str = r#"
+    schema = 1
+    kind = "beam_on_base"
+    [beam]
+    length_m = 0.9
+    density_kg_m3 = 8190.0
+    young_Pa = 190e9
+    width_m = [[0.0, 0.020], [0.9, 0.030]]
+    thickness_m = [[0.0, 0.0012641], [0.9, 0.0010346]]
+    modes = 2
+    damping_ratio = [0.012, 0.008]
+    [base]
+    mass_kg = 2.5
+    viscous_N_s_m = 4.0
+"#;
+
+impl Bench {
+    fn amplitude(self) -> f64 {
+        match self {
+            Self::MovedBase => 1e-3,
+            Self::ForcedBase => 4.0,
+        }
+    }
+
+    fn input(self) -> &'static str {
+        match self {
+            Self::MovedBase => "base_position_m",
+            Self::ForcedBase => "force_N",
+        }
+    }
+
+    /// The machine as it is, without left-out physics.
+    pub fn model(self) -> Model {
+        let outputs = match self {
+            Self::MovedBase => "[[output]]\ncolumn = \"tip_deflection_m\"\n",
+            Self::ForcedBase => {
+                "[[output]]\ncolumn = \"tip_deflection_m\"\n[[output]]\ncolumn = \"base_position_m\"\n"
+            }
+        };
+        let text = format!("{BEAM}\n[input]\ncolumn = \"{}\"\n{outputs}", self.input());
+        Model::from_toml("truth.toml", &text).unwrap()
+    }
+
+    /// The machine as its drawings say: Young's modulus 4 %, damping 20 %, masses 3 % off.
+    pub fn wrong_model(self) -> Model {
+        let mut model = self.model();
+        for (path, factor) in [
+            ("beam.young_Pa", 1.04),
+            ("beam.damping_ratio.1", 0.8),
+            ("beam.damping_ratio.2", 1.2),
+            ("base.mass_kg", 1.03),
+            ("base.viscous_N_s_m", 0.9),
+        ] {
+            let value = model.parameter(path).unwrap();
+            model.set_parameter(path, factor * value).unwrap();
+        }
+        model
+    }
+
+    /// What the sensors record of one run.
+    pub fn record(self, run: Run, laws: &[Physics], rho: f64, seed: u64) -> Recording {
+        const FINER: usize = 20;
+        let mut model = self.model();
+        model.setup_mut().physics.extend_from_slice(laws);
+        let count = (run.duration_s * 100.0) as usize;
+        let fine: Vec<f64> = (0..=count * FINER).map(|k| k as f64 / (100 * FINER) as f64).collect();
+        let input: Vec<f64> = fine.iter().map(|t| run.amplitude * self.amplitude() * run.sweep(*t)).collect();
+        let truth = Recording::new("truth", fine).with_column(self.input(), input.clone());
+        let simulated = simulate(&model, &truth).unwrap();
+        let every = |samples: &[f64]| samples.iter().step_by(FINER).copied().collect::<Vec<f64>>();
+        let name = format!("run {seed} of {} s", run.duration_s);
+        let mut recording =
+            Recording::new(name, every(&truth.time_s)).with_column(self.input(), every(&input));
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        for column in model.output_columns() {
+            let mut noise = 0.0;
+            let seen = every(simulated.column(&column).unwrap())
+                .into_iter()
+                .enumerate()
+                .map(|(k, value)| {
+                    let draw: f64 = StandardNormal.sample(&mut random);
+                    noise = if k == 0 { draw } else { rho * noise + (1.0 - rho * rho).sqrt() * draw };
+                    value + NOISE_M * noise
+                })
+                .collect();
+            recording = recording.with_column(column, seen);
+        }
+        recording
+    }
+
+    /// All five runs.
+    pub fn recordings(self, laws: &[Physics], rho: f64, seed: u64) -> Vec<Recording> {
+        (0..).zip(RUNS).map(|(number, run)| self.record(run, laws, rho, 10 * seed + number)).collect()
+    }
+}
+
+impl Run {
+    /// From 0.1 to 8 Hz, growing from nothing within the first second.
+    fn sweep(self, t: f64) -> f64 {
+        let (low, high) = (0.1_f64, 8.0_f64);
+        let phase = if self.exponential {
+            let k = (high / low).ln() / self.duration_s;
+            TAU * low * ((k * t).exp() - 1.0) / k
+        } else {
+            TAU * (low * t + 0.5 * (high - low) / self.duration_s * t * t)
+        };
+        t.min(1.0) * phase.sin()
+    }
+}

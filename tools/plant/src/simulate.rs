@@ -3,8 +3,10 @@
 use stillbeam_recording::Recording;
 
 use crate::advances::Advances;
+use crate::catalogue::{Action, action};
 use crate::error::PlantError;
-use crate::model::{FORCE, Model};
+use crate::model::{DriveLimits, FORCE, Model};
+use crate::nonlinear::{Dense, Machine, Sensing};
 use crate::prescribed_base::ModalState;
 use crate::stamps::Stamps;
 use crate::state_space::StateSpace;
@@ -19,6 +21,16 @@ pub enum Hold {
     ZeroOrder,
 }
 
+/// Whether a controller that the model has is run in closed loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Feedback {
+    /// In closed loop if the model has a controller and the recording its reference.
+    #[default]
+    IfPossible,
+    /// Never: the recorded input is used as it is.
+    Open,
+}
+
 /// How a recording is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct SimulateOptions {
@@ -26,6 +38,13 @@ pub struct SimulateOptions {
     pub hold: Hold,
     /// Rate of the output samples in hertz, counted from the first input sample; `None`: at the input's times.
     pub output_rate_hz: Option<f64>,
+    /// Closed loop or open.
+    pub feedback: Feedback,
+    /// Whether the model's sensors add their noise; without it a simulation is what the sensor would read on average.
+    pub sensor_noise: bool,
+    /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one from the
+    /// plant's fastest motion. Half of it quarters the error.
+    pub longest_step_s: Option<f64>,
 }
 
 /// Runs the model over the recording's input column, with a force held first-order and outputs at the input's
@@ -44,10 +63,13 @@ pub fn simulate(model: &Model, recording: &Recording) -> Result<Recording, Plant
 /// output rate; its name is the recording's with `, simulated`. Between samples nothing is approximated, so
 /// the outputs depend on neither the input's nor the output's rate, beyond what [`Hold`] says.
 ///
+/// Left-out physics, sensors and a controller take the plant through sub-steps ([`SimulateOptions::longest_step_s`]);
+/// the linear part stays exact, forces are of second order.
+///
 /// A velocity output under base motion is the mean of the two speeds at a tick, where it jumps.
 ///
 /// # Errors
-/// [`PlantError::NoInput`] for a free-decay model; [`PlantError::Recording`] when the column is missing or the
+/// [`PlantError::NoInput`] for a free-decay model; [`PlantError::Recording`] when the column (or the controller's reference) is missing or the
 /// recording malformed; [`PlantError::InputGap`]; [`PlantError::Rate`] and [`PlantError::OutputSize`] for the
 /// output rate; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
 pub fn simulate_with(
@@ -55,38 +77,103 @@ pub fn simulate_with(
     recording: &Recording,
     options: &SimulateOptions,
 ) -> Result<Recording, PlantError> {
-    let space = StateSpace::new(model)?;
+    model.check()?;
     let input = model.input().ok_or(PlantError::NoInput)?;
-    if model.setup().physics.iter().any(|physics| physics.parameters.values().any(|value| *value != 0.0)) {
-        let what = "the model holds [[physics]], which simulations do not run yet";
-        return Err(PlantError::Measure { what, remedy: "remove it" });
-    }
-    let samples = recording.column(&input.column)?;
-    check_input(recording, &input.column, samples)?;
-    let line = Line {
-        stamps: Stamps::new(&recording.time_s),
-        samples,
-        zero_order: options.hold == Hold::ZeroOrder && !model.input_is_motion(),
+    let zero_order = options.hold == Hold::ZeroOrder && !model.input_is_motion();
+    let reference = match &model.setup().controller {
+        Some(controller) if options.feedback == Feedback::IfPossible => {
+            recording.column(&controller.reference_column).ok().map(|samples| (controller, samples))
+        }
+        _ => None,
     };
+    let stamps = Stamps::new(&recording.time_s);
+    let (driven_by, samples) = match reference {
+        Some((controller, samples)) => (&controller.reference_column, samples),
+        None => (&input.column, recording.column(&input.column)?),
+    };
+    check_input(recording, driven_by, samples)?;
     let output_s = match options.output_rate_hz {
-        None => line.stamps.to_vec(),
-        Some(rate_hz) => line.stamps.resampled(rate_hz)?,
+        None => stamps.to_vec(),
+        Some(rate_hz) => stamps.resampled(rate_hz)?,
     };
-    let initial = space.initial(model, samples.first().copied().unwrap_or(0.0))?;
-    let columns = run(&space, initial, &line, &output_s)?;
+    let columns = if reference.is_none() && is_linear(model)? {
+        let space = StateSpace::new(model)?;
+        let initial = space.initial(model, samples.first().copied().unwrap_or(0.0))?;
+        run(&space, initial, &Line { stamps, samples, zero_order }, &output_s)?
+    } else {
+        let closed = reference.map(|(_, samples)| (recording.time_s.as_slice(), samples));
+        let open = if closed.is_some() { &[] } else { samples };
+        run_machine(model, &stamps, open, closed, zero_order, &output_s, options)?
+    };
     let time_s = match options.output_rate_hz {
         None => recording.time_s.clone(),
         Some(_) => output_s,
     };
-    let mut result = Recording::new(format!("{}, simulated", recording.name), time_s)
-        .with_column(input.column.clone(), columns.input);
-    for (readout, samples) in space.outputs().iter().zip(columns.outputs) {
+    let mut result = Recording::new(format!("{}, simulated", recording.name), time_s);
+    if let Some((controller, samples)) = reference
+        && options.output_rate_hz.is_none()
+    {
+        result = result.with_column(controller.reference_column.clone(), samples.to_vec());
+    }
+    result = result.with_column(input.column.clone(), columns.input);
+    for (column, samples) in model.output_columns().into_iter().zip(columns.outputs) {
         // A beam's base position may be its input, handed through.
-        if readout.column != input.column {
-            result = result.with_column(readout.column.clone(), samples);
+        if column != input.column {
+            result = result.with_column(column, samples);
         }
     }
     Ok(result)
+}
+
+/// Whether nothing but the linear plant lies between input and outputs.
+fn is_linear(model: &Model) -> Result<bool, PlantError> {
+    let linear = |physics| Ok::<_, PlantError>(matches!(action(model, physics, 0.0)?, Action::Structure(_)));
+    for physics in &model.setup().physics {
+        if !linear(physics)? {
+            return Ok(false);
+        }
+    }
+    let setup = model.setup();
+    Ok(setup.drive_limits == DriveLimits::default() && setup.sensors.is_empty())
+}
+
+/// Runs a model with left-out physics, a controller or sensors.
+fn run_machine(
+    model: &Model,
+    stamps: &Stamps<'_>,
+    input: &[f64],
+    closed: Option<(&[f64], &[f64])>,
+    zero_order: bool,
+    output_s: &[f64],
+    options: &SimulateOptions,
+) -> Result<Columns, PlantError> {
+    if let Some(step_s) = options.longest_step_s
+        && !(step_s > 0.0)
+    {
+        return Err(PlantError::Rate { found_hz: 1.0 / step_s });
+    }
+    let sensing = Sensing::new(model)?;
+    let start = input.first().copied().unwrap_or(0.0);
+    let machine = Machine::new(model, start, closed, options.longest_step_s)?;
+    let resampled = options.output_rate_hz.is_some();
+    let run = machine.run(stamps, input, zero_order, resampled || sensing.looks_between())?;
+    let at_stamps = |samples: &[f64]| run.stamps.iter().map(|&index| samples[index]).collect::<Vec<f64>>();
+    let read = |index: usize, samples: &[f64]| {
+        if sensing.is_ideal() && !resampled {
+            return at_stamps(samples);
+        }
+        let dense = Dense { time_s: &run.time_s, samples, base: &run.base };
+        sensing.recorded(index, &dense, output_s, options.sensor_noise)
+    };
+    let outputs = run.outputs.iter().enumerate().map(|(index, samples)| read(index, samples)).collect();
+    let input = if resampled {
+        let dense = Dense { time_s: &run.time_s, samples: &run.input, base: &run.base };
+        let mut place = 0;
+        output_s.iter().map(|&time_s| dense.before(time_s, &mut place, zero_order)).collect()
+    } else {
+        at_stamps(&run.input)
+    };
+    Ok(Columns { input, outputs })
 }
 
 /// The free vibration from given modal states (at the first of `time_s`), the base held or the force zero.

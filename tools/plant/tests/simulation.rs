@@ -151,7 +151,7 @@ fn a_force_on_the_base_agrees_with_runge_kutta_on_the_coupled_modes() {
         rate
     };
     for hold in [Hold::FirstOrder, Hold::ZeroOrder] {
-        let options = SimulateOptions { hold, output_rate_hz: None };
+        let options = SimulateOptions { hold, ..SimulateOptions::default() };
         let result = simulate_with(&model, &recording, &options).unwrap();
         let states = runge_kutta(vec![0.0; 6], &time_s, &force_n, 40, |x, u, slope| {
             if hold == Hold::FirstOrder {

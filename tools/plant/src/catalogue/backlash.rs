@@ -28,7 +28,7 @@ impl Law for Backlash {
 
     fn action(&self, given: &Given<'_>) -> Action {
         let half = 0.5 * given.get("gap");
-        if given.stiffness == 0.0 && given.input_is_motion {
+        if given.moves_base {
             return Action::Motion(Box::new(Play { half, position: None }));
         }
         let beyond = Beyond { stiffness: given.stiffness, from: half, two_sided: true };

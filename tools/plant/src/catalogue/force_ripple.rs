@@ -52,7 +52,8 @@ impl ForceLaw for Ripple {
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let middle = 0.5 * (step.z + step.z_end(force));
-            self.ripple * step.effort * (self.per_displacement * middle + self.phase).sin()
+            let effort = step.effort + step.effort_gain * force;
+            self.ripple * effort * (self.per_displacement * middle + self.phase).sin()
         })
     }
 }

@@ -50,7 +50,7 @@ struct Hysteretic {
 }
 
 impl Hysteretic {
-    /// Restoring force after a way `dz` in one direction, and its integral along it. In closed form: between its zeros
+    /// Restoring force after a way `dz` (not 0) in one direction, and its mean along it. In closed form: between its zeros
     /// the law is linear in the force.
     fn along(&self, dz: f64) -> (f64, f64) {
         let direction = dz.signum();
@@ -71,7 +71,7 @@ impl Hysteretic {
             force = end;
             work += area;
         }
-        (force * direction, work * direction)
+        (force * direction, direction * work / dz.abs())
     }
 }
 
@@ -108,7 +108,7 @@ impl ForceLaw for Hysteretic {
             if dz == 0.0 {
                 return -self.force;
             }
-            -self.along(dz).1 / dz
+            -self.along(dz).1
         })
     }
 

@@ -68,8 +68,8 @@ pub struct Given<'a> {
     pub(super) parameters: &'static [ParameterSpec],
     /// Stiffness that the linear model has at the law's place.
     pub stiffness: f64,
-    /// Whether the model's input is a motion.
-    pub input_is_motion: bool,
+    /// Whether the law sits between a prescribed motion and the base that it moves.
+    pub moves_base: bool,
 }
 
 impl Given<'_> {
@@ -181,8 +181,10 @@ pub struct Step {
     pub z_gain: f64,
     /// Velocity at the end per force.
     pub v_gain: f64,
-    /// Force that the drive exerts, mean over the step.
+    /// Force that the drive exerts, mean over the step, without force here.
     pub effort: f64,
+    /// How that changes per force here: a servo answers.
+    pub effort_gain: f64,
 }
 
 impl Step {

@@ -63,9 +63,12 @@ mod stribeck_friction;
 mod tip_mass;
 mod viscous_friction;
 
+pub(crate) use dead_time::Late;
 pub use law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, SensorAction, SignalLaw, Step, Structure};
 pub use registry::{Candidate, candidates, find, parameters_of, place_of};
-pub(crate) use registry::{bounds, check, structure};
+pub(crate) use registry::{action, bounds, check, structure};
+
+pub(crate) use saturation::Clip;
 
 /// Every law, in the order of the contract's table.
 pub fn laws() -> &'static [&'static dyn Law] {

@@ -253,7 +253,7 @@ pub(crate) fn action(model: &Model, physics: &Physics, stiffness: f64) -> Result
         values: &physics.parameters,
         parameters: law.parameters(),
         stiffness,
-        input_is_motion: model.input_is_motion(),
+        moves_base: physics.location == "base" && model.input_is_motion(),
     }))
 }
 

@@ -166,6 +166,11 @@ pub enum Problem {
         "a controller acts through the model's input; add an [input] with the column of the controller's output"
     )]
     ControllerWithoutInput,
+    /// A limit of a motor that is not there.
+    #[error(
+        "an acceleration limit needs a servo: an input `setpoint_m` and `drive.bandwidth_hz`; add them or use `drive.limit`"
+    )]
+    NeedsServo,
     /// A key that an encoder does not have.
     #[error(
         "an encoder reads the position now, at every time stamp; remove the key or use kind = \"camera\""

@@ -3,6 +3,7 @@
 
 pub mod finite_elements;
 pub mod model_texts;
+pub mod oscillator;
 pub mod paper_basis;
 pub mod polynomial;
 

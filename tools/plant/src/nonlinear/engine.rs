@@ -1,0 +1,160 @@
+//! One state space with force laws at its ports, advanced sub-step by sub-step.
+
+use super::steps::{Port, PortStep, Steps};
+use crate::catalogue::{ForceLaw, Step};
+use crate::error::PlantError;
+use crate::linear::dot;
+use crate::state_space::{InjectionPoint, Row, StateSpace};
+
+/// Sweeps over the laws of one sub-step at most; two laws settle in a handful.
+const MOST_SWEEPS: usize = 60;
+
+/// A law at work.
+pub(super) struct Element {
+    pub(super) law: Box<dyn ForceLaw>,
+    pub(super) effort: Effort,
+    /// Index of the point, for feedthrough, and its direction.
+    pub(super) point: usize,
+    pub(super) sign: f64,
+}
+
+/// Force that the drive exerts, for the laws that depend on it.
+pub(super) enum Effort {
+    /// No law asks.
+    None,
+    /// The input times this.
+    Input(f64),
+    /// A servo that moves this mass.
+    Servo(f64),
+}
+
+pub(super) struct Engine {
+    pub(super) space: StateSpace,
+    pub(super) state: Vec<f64>,
+    elements: Vec<Element>,
+    steps: Steps,
+    /// Mean forces of the sub-step before.
+    forces: Vec<f64>,
+    next: Vec<f64>,
+}
+
+impl Engine {
+    pub(super) fn new(space: StateSpace, state: Vec<f64>, elements: Vec<Element>) -> Self {
+        let ports = elements.iter().map(|element| port(&space.points()[element.point], element.sign));
+        let steps = Steps::new(&space, ports.collect());
+        let next = Vec::with_capacity(state.len());
+        Self { forces: vec![0.0; elements.len()], space, state, elements, steps, next }
+    }
+
+    /// Advances by `step_s` seconds from `time_s`, the input going in a straight line from `from` to `to`.
+    pub(super) fn advance(&mut self, time_s: f64, step_s: f64, from: f64, to: f64) -> Result<(), PlantError> {
+        let step = self.steps.of(step_s)?;
+        let slope = (to - from) / step_s;
+        step.advance(&self.state, from, slope, &mut self.next);
+        match self.elements.len() {
+            0 => {}
+            1 => {
+                let seen = self.see(0, &step, time_s, step_s, from, to);
+                let element = &mut self.elements[0];
+                let force = element.law.force(&seen);
+                element.law.made(&seen, force);
+                self.forces[0] = force;
+            }
+            _ => self.settle(&step, time_s, step_s, from, to),
+        }
+        for (column, force) in step.force.iter().zip(&self.forces) {
+            for (entry, share) in self.next.iter_mut().zip(column) {
+                *entry += share * force;
+            }
+        }
+        std::mem::swap(&mut self.state, &mut self.next);
+        Ok(())
+    }
+
+    /// Forces of several laws: each in turn, given the others, until none moves.
+    fn settle(&mut self, step: &PortStep, time_s: f64, step_s: f64, from: f64, to: f64) {
+        let count = self.elements.len();
+        let alone: Vec<Step> =
+            (0..count).map(|index| self.see(index, step, time_s, step_s, from, to)).collect();
+        let given = |index: usize, forces: &[f64], alone: &[Step]| {
+            let mut seen = alone[index];
+            for (other, force) in forces.iter().enumerate() {
+                if other != index {
+                    seen.z_free += step.z_gain[index][other] * force;
+                    seen.v_free += step.v_gain[index][other] * force;
+                }
+            }
+            seen
+        };
+        for _ in 0..MOST_SWEEPS {
+            let mut moved = 0.0_f64;
+            let mut size = 0.0_f64;
+            for index in 0..count {
+                let force = self.elements[index].law.force(&given(index, &self.forces, &alone));
+                moved = moved.max((force - self.forces[index]).abs());
+                size = size.max(force.abs());
+                self.forces[index] = force;
+            }
+            if moved <= 1e-13 * size {
+                break;
+            }
+        }
+        for index in 0..count {
+            let seen = given(index, &self.forces, &alone);
+            self.elements[index].law.made(&seen, self.forces[index]);
+        }
+    }
+
+    fn see(&self, index: usize, step: &PortStep, time_s: f64, step_s: f64, from: f64, to: f64) -> Step {
+        let port = &self.steps.ports()[index];
+        let slope = (to - from) / step_s;
+        let read = |row: &(Vec<f64>, f64, f64), state: &[f64], u: f64| {
+            dot(&row.0, state) + row.1 * u + row.2 * slope
+        };
+        let (effort, effort_gain) = match &self.elements[index].effort {
+            Effort::None => (0.0, 0.0),
+            Effort::Input(gain) => (gain * 0.5 * (from + to), 0.0),
+            // All that accelerates the base is the servo and the force here, so the change of its velocity tells.
+            Effort::Servo(mass) => {
+                let per_velocity = mass / step_s;
+                let change = read(&port.v, &self.next, to) - read(&port.v, &self.state, from);
+                (per_velocity * change, per_velocity * step.v_gain[index][index] - 1.0)
+            }
+        };
+        Step {
+            time_s,
+            step_s,
+            z: read(&port.z, &self.state, from),
+            v: read(&port.v, &self.state, from),
+            z_free: read(&port.z, &self.next, to),
+            v_free: read(&port.v, &self.next, to),
+            z_gain: step.z_gain[index][index],
+            v_gain: step.v_gain[index][index],
+            effort,
+            effort_gain,
+        }
+    }
+
+    /// Appends the outputs at the state now, for an input and its slope. What feels forces at once (an acceleration)
+    /// reads the mean forces of the sub-step before.
+    pub(super) fn read(&self, u: f64, slope: f64, into: &mut [Vec<f64>]) {
+        for (output, samples) in self.space.outputs().iter().zip(into) {
+            let through = self.elements.iter().zip(&self.forces);
+            let through: f64 = through
+                .map(|(element, force)| output.feedthrough[element.point] * element.sign * force)
+                .sum();
+            samples.push(output.row.read(&self.state, u, slope) + through);
+        }
+    }
+}
+
+fn port(point: &InjectionPoint, sign: f64) -> Port {
+    let row = |row: &Row| {
+        (row.state.iter().map(|entry| sign * entry).collect(), sign * row.value, sign * row.slope)
+    };
+    Port {
+        z: row(&point.displacement),
+        v: row(&point.velocity),
+        force: point.force.iter().map(|entry| sign * entry).collect(),
+    }
+}

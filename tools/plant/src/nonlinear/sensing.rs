@@ -1,0 +1,228 @@
+//! From what an output did to what a sensor says it did.
+
+use rand_distr::{Distribution, Normal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+
+use crate::catalogue::{Action, SensorAction, action};
+use crate::error::PlantError;
+use crate::model::{Model, Sensor};
+
+/// Gauss-Legendre rule of three points on 0..1.
+const RULE: [(f64, f64); 3] =
+    [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
+
+/// Everything between one output and its column.
+#[derive(Default)]
+struct Channel {
+    optics: Vec<Box<dyn Fn(f64, f64) -> f64>>,
+    exposure_s: f64,
+    scale: Option<f64>,
+    delay_s: f64,
+    electronics: Vec<Box<dyn Fn(f64) -> f64>>,
+    sensor: Option<Sensor>,
+}
+
+/// The sensors of a model.
+pub(crate) struct Sensing {
+    channels: Vec<Channel>,
+}
+
+impl Sensing {
+    pub(crate) fn new(model: &Model) -> Result<Self, PlantError> {
+        let columns = model.output_columns();
+        let mut channels: Vec<Channel> = columns.iter().map(|_| Channel::default()).collect();
+        for sensor in &model.setup().sensors {
+            for (channel, column) in channels.iter_mut().zip(&columns) {
+                if *column == sensor.column {
+                    channel.exposure_s += sensor.exposure_s;
+                    channel.delay_s += sensor.delay_s;
+                    channel.sensor = Some(sensor.clone());
+                }
+            }
+        }
+        for physics in &model.setup().physics {
+            let Action::Sensor(action) = action(model, physics, 0.0)? else { continue };
+            let wanted = physics.column.as_ref().or(columns.first());
+            let place = columns.iter().position(|column| Some(column) == wanted);
+            let Some(channel) = place.and_then(|place| channels.get_mut(place)) else { continue };
+            match action {
+                SensorAction::Optics(law) => channel.optics.push(law),
+                SensorAction::Exposure(exposure_s) => channel.exposure_s += exposure_s,
+                SensorAction::Timing { scale, delay_s } => {
+                    channel.scale = Some(channel.scale.unwrap_or(1.0) * scale);
+                    channel.delay_s += delay_s;
+                }
+                SensorAction::Electronics(law) => channel.electronics.push(law),
+            }
+        }
+        Ok(Self { channels })
+    }
+
+    /// Whether any sensor is there.
+    pub(crate) fn is_ideal(&self) -> bool {
+        self.channels.iter().all(|channel| channel.is_ideal())
+    }
+
+    /// Whether a sensor looks at times between the output's own.
+    pub(crate) fn looks_between(&self) -> bool {
+        self.channels.iter().any(Channel::looks_between)
+    }
+
+    /// What output number `index` is said to have been at `wanted_s`, from dense samples.
+    pub(crate) fn recorded(
+        &self,
+        index: usize,
+        dense: &Dense<'_>,
+        wanted_s: &[f64],
+        noise: bool,
+    ) -> Vec<f64> {
+        let channel = &self.channels[index];
+        let seen: Vec<f64> = if channel.optics.is_empty() {
+            dense.samples.to_vec()
+        } else {
+            let pairs = dense.samples.iter().zip(dense.base);
+            pairs.map(|(&y, &base)| channel.optics.iter().fold(y, |y, law| law(y, base))).collect()
+        };
+        let seen = Dense { time_s: dense.time_s, samples: &seen, base: dense.base };
+        let mut place = 0;
+        let mut readings: Vec<f64> = wanted_s
+            .iter()
+            .map(|&stamp_s| {
+                let origin_s = dense.time_s[0];
+                let end_s = origin_s + (stamp_s - origin_s) * channel.scale.unwrap_or(1.0) - channel.delay_s;
+                seen.mean(end_s - channel.exposure_s, end_s, &mut place)
+            })
+            .collect();
+        let Some(sensor) = &channel.sensor else {
+            return channel.read_out(readings);
+        };
+        if noise && sensor.noise_rms > 0.0 {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(sensor.seed);
+            // Not negative and finite: the model was checked.
+            if let Ok(normal) = Normal::new(0.0, sensor.noise_rms) {
+                readings.iter_mut().for_each(|reading| *reading += normal.sample(&mut random));
+            }
+        }
+        let mut readings = channel.read_out(readings);
+        if sensor.quantum > 0.0 {
+            readings
+                .iter_mut()
+                .for_each(|reading| *reading = (*reading / sensor.quantum).round() * sensor.quantum);
+        }
+        if let Some(rate_hz) = sensor.rate_hz {
+            keep_frames(&mut readings, wanted_s, rate_hz);
+        }
+        readings
+    }
+}
+
+/// Empties every cell but the first at or after each frame.
+fn keep_frames(readings: &mut [f64], time_s: &[f64], rate_hz: f64) {
+    let mut due = 0.0;
+    let origin_s = time_s.first().copied().unwrap_or(0.0);
+    for (reading, stamp_s) in readings.iter_mut().zip(time_s) {
+        let frames = (stamp_s - origin_s) * rate_hz + 1e-6;
+        if frames >= due {
+            due = frames.floor() + 1.0;
+        } else {
+            *reading = f64::NAN;
+        }
+    }
+}
+
+impl Channel {
+    fn is_ideal(&self) -> bool {
+        self.optics.is_empty()
+            && self.electronics.is_empty()
+            && self.sensor.is_none()
+            && !self.looks_between()
+    }
+
+    fn looks_between(&self) -> bool {
+        self.exposure_s != 0.0 || self.delay_s != 0.0 || self.scale.is_some_and(|scale| scale != 1.0)
+    }
+
+    fn read_out(&self, readings: Vec<f64>) -> Vec<f64> {
+        readings.into_iter().map(|reading| self.electronics.iter().fold(reading, |y, law| law(y))).collect()
+    }
+}
+
+/// An output at every sub-step.
+pub(crate) struct Dense<'a> {
+    pub(crate) time_s: &'a [f64],
+    pub(crate) samples: &'a [f64],
+    /// The base's position, or the input, at the same times.
+    pub(crate) base: &'a [f64],
+}
+
+impl Dense<'_> {
+    /// Mean over a stretch, or the value at its end if it has no length. `place` is where the last search ended.
+    fn mean(&self, from_s: f64, to_s: f64, place: &mut usize) -> f64 {
+        let length_s = to_s - from_s;
+        if length_s <= 0.0 {
+            return self.at(to_s, place);
+        }
+        let spacing_s =
+            (self.time_s[self.time_s.len() - 1] - self.time_s[0]) / (self.time_s.len() - 1).max(1) as f64;
+        let pieces = (length_s / spacing_s.max(1e-9)).ceil().clamp(1.0, 1e4);
+        let mut sum = 0.0;
+        for piece in 0..pieces as usize {
+            for (point, weight) in RULE {
+                sum += weight * self.at(from_s + length_s * (piece as f64 + point) / pieces, place);
+            }
+        }
+        sum / pieces
+    }
+
+    /// The input at any time: a straight line between samples, or the sample before.
+    pub(crate) fn before(&self, time_s: f64, place: &mut usize, held: bool) -> f64 {
+        let last = self.time_s.len() - 1;
+        while *place < last && self.time_s[*place + 1] <= time_s {
+            *place += 1;
+        }
+        let next = (*place + 1).min(last);
+        let length_s = self.time_s[next] - self.time_s[*place];
+        if held || length_s <= 0.0 {
+            return self.samples[*place];
+        }
+        let along = (time_s - self.time_s[*place]) / length_s;
+        self.samples[*place] + along * (self.samples[next] - self.samples[*place])
+    }
+
+    /// Value at any time by the cubic through the four samples around it; before the first and after the last the
+    /// output stands still.
+    fn at(&self, time_s: f64, place: &mut usize) -> f64 {
+        let (times, values) = (self.time_s, self.samples);
+        let last = times.len() - 1;
+        if time_s <= times[0] || last == 0 {
+            return values[0];
+        }
+        if time_s >= times[last] {
+            return values[last];
+        }
+        while times[*place] > time_s {
+            *place -= 1;
+        }
+        while times[*place + 1] <= time_s {
+            *place += 1;
+        }
+        // On a sample the sample itself, not a sum that rounds.
+        if times[*place] == time_s {
+            return values[*place];
+        }
+        let first = place.saturating_sub(1).min((last + 1).saturating_sub(4));
+        let nodes = first..(first + 4).min(last + 1);
+        let mut value = 0.0;
+        for node in nodes.clone() {
+            let mut weight = 1.0;
+            for other in nodes.clone() {
+                if other != node {
+                    weight *= (time_s - times[other]) / (times[node] - times[other]);
+                }
+            }
+            value += weight * values[node];
+        }
+        value
+    }
+}

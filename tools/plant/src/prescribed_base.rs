@@ -1,10 +1,12 @@
 //! The plant one tick at a time, for a controller that runs in lockstep with it.
 
+use crate::catalogue;
 use crate::drive::ServoDrive;
 use crate::error::PlantError;
 use crate::linear::{Advance, LinearSystem, dot};
 use crate::model::{Model, Quantity};
 use crate::modes::{Mode, clamped_modes};
+use crate::simulate::is_linear;
 use crate::state_space::{BaseMotion, drive_for};
 
 /// State of one mode.
@@ -59,11 +61,18 @@ impl PrescribedBase {
     /// [`PrescribedBase::step`] returns.
     ///
     /// # Errors
-    /// [`PlantError::NotPrescribed`] when the input is not a motion of the base, [`PlantError::Rate`] when the
+    /// [`PlantError::NotPrescribed`] when the input is not a motion of the base, [`PlantError::Measure`] for a model with
+    /// more than a linear plant, [`PlantError::Rate`] when the
     /// rate is not a positive number, [`PlantError::Invalid`], [`PlantError::Degenerate`],
     /// [`PlantError::TooFast`].
     pub fn new(model: &Model, tick_rate_hz: f64, start_m: f64) -> Result<Self, PlantError> {
         model.check()?;
+        if !is_linear(model)? {
+            return Err(PlantError::Measure {
+                what: "the model holds [[physics]], sensors or limits of its drive, which are not run tick by tick",
+                remedy: "simulate a whole recording of setpoints",
+            });
+        }
         let column = match model.input() {
             Some(input) if input.is_motion() => input.column.as_str(),
             input => {
@@ -71,10 +80,11 @@ impl PrescribedBase {
                 return Err(PlantError::NotPrescribed { found });
             }
         };
-        let (modes, drive) = match model {
+        let (model, extra) = catalogue::structure(model)?;
+        let (mut modes, drive) = match &model {
             Model::BeamOnBase(model) => {
                 let clamped = clamped_modes(model)?;
-                let modes = clamped.iter().map(|mode| mode.to_mode()).collect();
+                let modes: Vec<Mode> = clamped.iter().map(|mode| mode.to_mode()).collect();
                 (modes, model.drive)
             }
             Model::Modal(model) => {
@@ -91,6 +101,7 @@ impl PrescribedBase {
                 return Err(PlantError::NotPrescribed { found: Some(column.to_owned()) });
             }
         };
+        modes.extend(extra);
         let drive = drive_for(column, drive.as_ref()).copied();
         Self::from_modes(modes, drive, tick_rate_hz, start_m)
     }

@@ -126,7 +126,7 @@ pub fn simulate_with(
 }
 
 /// Whether nothing but the linear plant lies between input and outputs.
-fn is_linear(model: &Model) -> Result<bool, PlantError> {
+pub(crate) fn is_linear(model: &Model) -> Result<bool, PlantError> {
     let linear = |physics| Ok::<_, PlantError>(matches!(action(model, physics, 0.0)?, Action::Structure(_)));
     for physics in &model.setup().physics {
         if !linear(physics)? {
@@ -148,7 +148,7 @@ fn run_machine(
     options: &SimulateOptions,
 ) -> Result<Columns, PlantError> {
     if let Some(step_s) = options.longest_step_s
-        && !(step_s > 0.0)
+        && (step_s <= 0.0 || step_s.is_nan())
     {
         return Err(PlantError::Rate { found_hz: 1.0 / step_s });
     }

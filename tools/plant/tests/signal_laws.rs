@@ -38,11 +38,12 @@ fn timing_laws_read_the_true_output_at_other_times() {
     let truth = truth.column("true_m").unwrap();
     // The same polygon at every tick, looked at every tenth.
     let at = |t: f64| {
-        let place = (t.max(0.0) * 1000.0).min(7999.999_999);
+        let place = (t.max(0.0) * 1000.0).min(7_999.999_999);
         let (index, part) = (place.floor() as usize, place.fract());
         truth[index] + part * (truth[index + 1] - truth[index])
     };
-    let cases: Vec<(Physics, Box<dyn Fn(f64) -> f64>)> = vec![
+    type Expected<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+    let cases: Vec<(Physics, Expected<'_>)> = vec![
         (Physics::new("delay", "sensor").with("delay", 0.0123), Box::new(|t| at(t - 0.0123))),
         (Physics::new("clock_skew", "sensor").with("skew", 0.002), Box::new(|t| at(t / 1.002))),
         (

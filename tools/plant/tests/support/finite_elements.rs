@@ -17,6 +17,10 @@ pub enum Root {
     Held,
     /// It cannot turn, but slides, carrying this mass in kg.
     Sliding(f64),
+    /// It does not move, and turns against this stiffness in N·m/rad.
+    Turning(f64),
+    /// It slides, carrying this mass in kg, and turns against this stiffness in N·m/rad.
+    SlidingAndTurning(f64, f64),
 }
 
 /// Five-point Gauss-Legendre rule on 0..1.
@@ -70,6 +74,15 @@ pub fn matrices(beam: &Beam<'_>, elements: usize, root: &Root) -> (DMatrix<f64>,
     match root {
         Root::Held => {
             (mass.remove_rows(0, 2).remove_columns(0, 2), stiffness.remove_rows(0, 2).remove_columns(0, 2))
+        }
+        Root::Turning(stiffness_n_m_rad) => {
+            stiffness[(1, 1)] += stiffness_n_m_rad;
+            (mass.remove_row(0).remove_column(0), stiffness.remove_row(0).remove_column(0))
+        }
+        Root::SlidingAndTurning(base_kg, stiffness_n_m_rad) => {
+            mass[(0, 0)] += base_kg;
+            stiffness[(1, 1)] += stiffness_n_m_rad;
+            (mass, stiffness)
         }
         Root::Sliding(base_kg) => {
             mass[(0, 0)] += base_kg;

@@ -20,7 +20,6 @@ pub mod command_signal;
 pub mod commands;
 pub mod demo;
 pub mod error;
-mod extended_move;
 pub mod identification;
 pub mod outputs;
 pub mod paper;

@@ -1,6 +1,8 @@
 //! Table 1 and Fig. 4: the four sweeps, made by the board, seen by the camera, identified.
 
 use stillbeam_firmware::motion::SweepKind;
+use stillbeam_identify::frf::UniformRecord;
+use stillbeam_identify::poles::{PoleMethod, survey_forced};
 use stillbeam_identify::{ForcedOptions, IdentifiedModes, identify_forced};
 use stillbeam_plant::{SETPOINT, TIP_DEFLECTION};
 use stillbeam_recording::Recording;
@@ -39,6 +41,9 @@ pub struct SweepResult {
     pub spectrum: WholeSpectrum,
     /// What the peaks of that spectrum say of the modes.
     pub picked: [Option<PickedPeak>; 2],
+    /// What the paper's method, the least-squares complex exponential of that spectrum, says of the modes: frequency in
+    /// hertz and damping ratio of the pole that a chart of model orders 4 to 40 shows as stable, if it shows one.
+    pub complex_exponential: [Option<(f64, f64)>; 2],
 }
 
 /// Makes the four sweeps. The record ends with the sweep, as "testing time" in the paper suggests. `progress` is told the
@@ -75,5 +80,12 @@ fn run_one(session: &mut Session, rig: &Rig, row: &SweepRow, seed: u64) -> Resul
     let identified = identify_forced(&recording, &options)?;
     let spectrum = WholeSpectrum::of(&recording, SETPOINT, TIP_DEFLECTION, (LOW_HZ, HIGH_HZ))?;
     let picked = PEAK_BANDS_HZ.map(|(low_hz, high_hz)| spectrum.pick(low_hz, high_hz));
-    Ok(SweepResult { printed: *row, command, recording, identified, spectrum, picked })
+    let uniform = UniformRecord::from_recording(&recording, SETPOINT, TIP_DEFLECTION)?;
+    let survey = survey_forced(&uniform, Some([LOW_HZ, HIGH_HZ]));
+    let complex_exponential = PEAK_BANDS_HZ.map(|(low_hz, high_hz)| {
+        let of_method = survey.modes.iter().filter(|mode| mode.method == PoleMethod::ComplexExponential);
+        let mut inside = of_method.filter(|mode| (low_hz..=high_hz).contains(&mode.frequency_hz));
+        inside.next().map(|mode| (mode.frequency_hz, mode.damping_ratio))
+    });
+    Ok(SweepResult { printed: *row, command, recording, identified, spectrum, picked, complex_exponential })
 }

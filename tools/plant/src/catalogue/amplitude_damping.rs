@@ -15,7 +15,7 @@ impl Law for AmplitudeDamping {
     }
 
     fn places(&self) -> &'static [Place] {
-        &[Place::Beam, Place::Part]
+        &[Place::Base, Place::Beam, Place::Part]
     }
 
     fn parameters(&self) -> &'static [ParameterSpec] {

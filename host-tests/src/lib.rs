@@ -4,4 +4,5 @@
 pub mod bench;
 pub mod emulator;
 pub mod flash;
+pub mod identification_records;
 pub mod still_beam;

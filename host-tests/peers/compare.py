@@ -45,8 +45,11 @@ def response(record, window):
 
 def poles(method, frequency, frf):
     """All poles at the orders that count."""
+    # With a lower limit above zero its LSCE takes the impulse response's rate from the whole band and is off by the
+    # share that was cut: 2.8 % for 0.3 of 8 Hz.
+    lower = 0.0 if method == "lsce" else BAND[0]
     model = EMA.Model(
-        frf[None, :], frequency, lower=BAND[0], upper=BAND[1], pol_order_high=max(ORDERS), frf_form="receptance"
+        frf[None, :], frequency, lower=lower, upper=BAND[1], pol_order_high=max(ORDERS), frf_form="receptance"
     )
     with warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()):
         warnings.simplefilter("ignore")
@@ -119,11 +122,13 @@ def render(ours, results, seconds):
         f"over {len(ours['cases'][0]['records'])} seeds of noise per sweep; in brackets how many of the records gave the mode at all.",
         "",
         "The peers are helped: of all poles at orders 11 to 30 (RFP: 10 to 20, its limit) those within 10 % of the true frequency and "
-        "damped by less than 0.3 count, and their median is taken. Their frequency response is the ratio of the transforms of the whole record, "
+        "damped by less than 0.3 count, and their median is taken; the band is 0.3 to 8 Hz, for LSCE 0 to 8 Hz, because version 0.31.0 scales its frequencies wrongly otherwise. Their frequency response is the ratio of the transforms of the whole record, "
         "with and without a Hamming window. The rows of stillbeam know nothing of the truth: two modes are asked of the "
         "fit of the record; the other methods pick for themselves, and the picked mode nearest to the truth (within 10 %) counts.",
     ]
-    labels = list(results)
+    # The peers first, then ours from the best to the simplest.
+    order = list(ours["labels"])
+    labels = [label for label in results if label not in order] + order
     for quantity, title in ((1, "Damping ratio, error in percent"), (0, "Frequency, error in percent")):
         lines += ["", f"## {title}", ""]
         for index, m in enumerate(truth):
@@ -141,8 +146,13 @@ def render(ours, results, seconds):
         if label in seconds:
             each = statistics.median(seconds[label])
             lines.append(f"| {label} | {each:.2g} | {each / base:.2g} |")
-    lines += ["", "LSCF and LSCE without a window are what sdypy-EMA's own examples do with measured responses. What the windows and the ratio get wrong is leakage, "
-              "not noise: it does not shrink from 25 to 45 dB. Why the local rational method does not suffer from it: docs/derivations.md, classical methods.", ""]
+    lines += [
+        "",
+        "What a transform of the whole record gets wrong is leakage, not noise: for most of the rows of sdypy-EMA 45 dB is no better than 25 dB. "
+        "Why the local rational method does not suffer from it: docs/derivations.md, classical methods. Where it fails, at 6.9 Hz in exponential sweeps with much "
+        "noise, the sweep passes the mode within the last three seconds of the record.",
+        "",
+    ]
     return "\n".join(lines)
 
 

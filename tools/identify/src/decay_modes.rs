@@ -59,6 +59,11 @@ impl Uniform {
         Self { samples, interval_s, segment, spectrum }
     }
 
+    /// The decay at the grid's stamps.
+    pub(crate) fn samples(&self) -> &[f64] {
+        &self.samples
+    }
+
     pub(crate) fn without_mean(&self) -> Vec<f64> {
         let mean = self.samples.iter().sum::<f64>() / self.samples.len() as f64;
         self.samples.iter().map(|value| value - mean).collect()

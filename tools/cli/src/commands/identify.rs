@@ -1,8 +1,10 @@
 //! `stillbeam identify`: modes from recordings.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use stillbeam_identify::frf::UniformRecord;
+use stillbeam_identify::poles::{Survey, survey_decay_of, survey_forced};
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, identify_forced, identify_free_decay,
 };
@@ -79,7 +81,10 @@ impl IdentifyArgs {
             }
         }
         if let Some(file) = &self.report {
-            streams.write_text(file, &identify_page(&results))?;
+            let pairs = self.recordings.iter().zip(&results);
+            let surveys: Vec<Survey> =
+                pairs.map(|(path, result)| self.survey(path, result)).collect::<Result<_, _>>()?;
+            streams.write_text(file, &identify_page(&results, &surveys))?;
         }
         match (&self.model_out, results.first()) {
             (Some(file), Some(first)) => {
@@ -93,11 +98,21 @@ impl IdentifyArgs {
         }
     }
 
-    fn identify(
-        &self,
-        path: &std::path::Path,
-        streams: &mut Streams<'_>,
-    ) -> Result<IdentifiedModes, CliError> {
+    /// What the classical methods see in a recording that was identified.
+    fn survey(&self, path: &Path, result: &IdentifiedModes) -> Result<Survey, CliError> {
+        // Whatever there is to say about the file was said when it was read for the fit.
+        let mut quiet = Streams { out: &mut std::io::sink(), messages: &mut std::io::sink() };
+        let recording = self.reading.read(path, &mut quiet)?;
+        let highest_hz = result.modes.iter().map(|mode| mode.frequency_hz.value).fold(0.0, f64::max);
+        Ok(match &result.input {
+            Some(input) => {
+                survey_forced(&UniformRecord::from_recording(&recording, input, &result.output)?, None)
+            }
+            None => survey_decay_of(&recording, &result.output, result.window_s, 1.3 * highest_hz)?,
+        })
+    }
+
+    fn identify(&self, path: &Path, streams: &mut Streams<'_>) -> Result<IdentifiedModes, CliError> {
         let recording = self.reading.read(path, streams)?;
         let input = self.input.as_deref();
         let output = output_column(&recording, input, self.output.as_deref())?;

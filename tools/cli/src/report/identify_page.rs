@@ -1,20 +1,22 @@
 //! The report of `identify`.
 
 use maud::{Markup, html};
+use stillbeam_identify::poles::Survey;
 use stillbeam_identify::{Estimate, IdentifiedModes};
 
 use super::frequency_response;
 use super::page::{figure, page, warnings};
 use super::plot::{Chart, Series, Style};
+use super::second_opinions;
 
 /// Periods of the slowest mode in the close view.
 const SHOWN_PERIODS: f64 = 12.0;
 
-/// The page for one or more recordings.
-pub fn identify_page(results: &[IdentifiedModes]) -> String {
+/// The page for one or more recordings, with what the classical methods see in each.
+pub fn identify_page(results: &[IdentifiedModes], surveys: &[Survey]) -> String {
     let body = html! {
         h1 { "Identified modes" }
-        @for modes in results {
+        @for (modes, survey) in results.iter().zip(surveys) {
             h2 { (modes.recording) }
             p {
                 @match &modes.input {
@@ -27,6 +29,7 @@ pub fn identify_page(results: &[IdentifiedModes]) -> String {
             (mode_table(modes))
             (warnings(modes.warnings.iter().map(|warning| warning.message.as_str())))
             @for chart in charts(modes) { (figure(&chart, "")) }
+            (second_opinions::section(survey))
         }
     };
     page("Identified modes", &body)

@@ -6,4 +6,5 @@ pub mod identify_page;
 pub mod page;
 pub mod paper_page;
 pub mod plot;
+pub mod second_opinions;
 pub mod shape_page;

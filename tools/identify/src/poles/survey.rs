@@ -2,6 +2,7 @@
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
+use stillbeam_recording::Recording;
 
 use super::exponential::complex_exponential;
 use super::frequency_domain::Moments;
@@ -11,6 +12,9 @@ use super::{
     peak_picking,
 };
 use crate::MAX_MODES;
+use crate::decay_modes::Uniform;
+use crate::error::IdentifyError;
+use crate::forced_record::{MIN_ROWS, present};
 use crate::frf::{
     AveragedSpectra, DEFAULT_SEGMENTS, FrfEstimate, LocalOptions, UniformRecord, local_polynomial,
     local_rational,
@@ -95,6 +99,34 @@ pub fn survey_decay(decay: &[f64], interval_s: f64, highest_hz: f64) -> Survey {
     }
     let modes = charts.iter().flat_map(picked).collect();
     Survey { frf: Vec::new(), charts, modes }
+}
+
+/// The same on a column of a recording, from the first to the last time given (s); uneven stamps are
+/// interpolated onto an even grid.
+///
+/// # Errors
+/// [`IdentifyError`] when the column is missing or has too few samples.
+pub fn survey_decay_of(
+    recording: &Recording,
+    column: &str,
+    window_s: [f64; 2],
+    highest_hz: f64,
+) -> Result<Survey, IdentifyError> {
+    let decay = present(recording, column)?;
+    let inside = decay.time_s.iter().zip(&decay.values);
+    let (time_s, values): (Vec<f64>, Vec<f64>) =
+        inside.filter(|(t, _)| (window_s[0]..=window_s[1]).contains(*t)).unzip();
+    if time_s.len() < MIN_ROWS {
+        return Err(IdentifyError::TooFewSamples {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            found: time_s.len(),
+            required: MIN_ROWS,
+            context: " in the decay",
+        });
+    }
+    let uniform = Uniform::new(&time_s, &values);
+    Ok(survey_decay(uniform.samples(), uniform.interval_s, highest_hz))
 }
 
 fn picked(chart: &StabilisationChart) -> Vec<MethodMode> {

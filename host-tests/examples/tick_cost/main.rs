@@ -39,7 +39,9 @@ fn run(image: &std::path::Path, gate: bool) -> Result<String, Box<dyn std::error
         text += &bench.measure(&case)?;
     }
     if !gate {
-        text += &format!("\n[stack]\nbytes = {}\n", bench.deepest_stack()?);
+        text += &bench.masked_sections(image)?;
+        bench.say_everything()?;
+        text += &bench.stack()?;
     }
     Ok(text)
 }

@@ -4,15 +4,18 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Duration;
 
-use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
+use stillbeam::board::{BoardError, Session};
 use stillbeam_host_tests::emulator::interrupt_cost::Handler;
+use stillbeam_host_tests::emulator::masked_sections::{MaskedSections, MaskingSites};
 use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, function_address};
 
 use crate::cases::{Case, Motion};
 
 /// Ticks per case.
 const TICKS: usize = 12;
+/// How long sections with interrupts masked are watched.
+const MASKED_DURATION: Duration = Duration::from_secs(20);
 /// Wall-clock limit for whatever takes virtual time.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -83,12 +86,54 @@ impl Bench {
         ))
     }
 
-    /// The deepest stack so far, start-up included, in bytes.
-    pub fn deepest_stack(&mut self) -> Result<u32, Box<dyn Error>> {
+    /// Counts the instructions of the sections with interrupts masked while the console is busy, as a TOML table.
+    pub fn masked_sections(&mut self, image: &Path) -> Result<String, Box<dyn Error>> {
+        let sites = MaskingSites::read(image)?;
+        self.session.command_when_ready("move 0")?;
+        self.session.command("stream on 4")?;
+        let mut client = self.emulator.debug()?;
+        let found = std::thread::scope(|scope| {
+            let measuring = scope.spawn(|| {
+                let found = sites.measure(&mut client, MASKED_DURATION);
+                client.detach().and(found)
+            });
+            // Replies are slow while every section is stepped through; what they say does not matter here.
+            for line in ["get", "help", "info", "status", "apply", "stop", "events"].iter().cycle() {
+                let _slow_is_well = self.session.command(line);
+                if measuring.is_finished() {
+                    break;
+                }
+            }
+            measuring.join()
+        });
+        let found = found.map_err(|_| "the measurement panicked")??;
+        self.session.command("stream off")?;
+        self.session.command("stop")?;
+        self.session.wait_for_rest(PATIENCE)?;
+        let MaskedSections { sections, longest, .. } = found;
+        let places = sites.addresses.len();
+        Ok(format!("\n[masked]\nplaces = {places}\nsections = {sections}\nlongest = {longest}\n"))
+    }
+
+    /// Runs the commands that go deepest.
+    pub fn say_everything(&mut self) -> Result<(), Box<dyn Error>> {
+        for line in ["help", "get", "info", "status", "events", "apply", "move 1", "stop"] {
+            self.session.command_when_ready(line)?;
+        }
+        self.session.wait_for_rest(PATIENCE)?;
+        // The emulator has no flash to write, so this is refused after it has been tried to the end.
+        match self.session.command("save") {
+            Ok(_) | Err(BoardError::Refused { .. }) => Ok(()),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// The deepest stack so far, start-up included, and what there is, as a TOML table.
+    pub fn stack(&mut self) -> Result<String, Box<dyn Error>> {
         let stack = self.emulator.stack();
         let mut client = self.emulator.debug()?;
         let bytes = stack.deepest(&mut client)?;
         client.detach()?;
-        Ok(bytes)
+        Ok(format!("\n[stack]\nbytes = {bytes}\nroom = {}\n", stack.high - stack.low))
     }
 }

@@ -14,6 +14,7 @@ pub mod clock_cover;
 mod error;
 mod image;
 pub mod interrupt_cost;
+pub mod masked_sections;
 mod process;
 pub mod rsp;
 mod serial;

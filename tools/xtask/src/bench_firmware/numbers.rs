@@ -11,6 +11,8 @@ use crate::failure::Failure;
 pub struct Numbers {
     /// Ticks that were counted.
     pub tick: Vec<TickNumbers>,
+    /// Sections with interrupts masked, where they were watched.
+    pub masked: Option<MaskedNumbers>,
     /// The stack, where it was looked at.
     pub stack: Option<StackNumbers>,
     /// What the image takes.
@@ -38,11 +40,24 @@ pub struct TickNumbers {
     pub most: u32,
 }
 
+/// Sections with interrupts masked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MaskedNumbers {
+    /// Places in the image that mask interrupts.
+    pub places: u32,
+    /// Sections that ran while they were watched.
+    pub sections: u32,
+    /// Instructions of the longest.
+    pub longest: u32,
+}
+
 /// The stack.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackNumbers {
     /// The deepest it was, in bytes.
     pub bytes: u32,
+    /// What is kept for it, in bytes.
+    pub room: u32,
 }
 
 /// The image, in bytes.

@@ -37,8 +37,20 @@ pub fn page(numbers: &Numbers) -> String {
             size.text, size.data, size.bss
         );
         if let Some(stack) = numbers.stack {
-            text += &format!("| deepest stack in all of the above, start-up included | {} |\n", stack.bytes);
+            text += &format!(
+                "| deepest stack in all of the above, start-up, `save` and the other commands included | {} |\n\
+                 | kept for the stack | {} |\n",
+                stack.bytes, stack.room
+            );
         }
+    }
+    if let Some(masked) = numbers.masked {
+        text += &format!(
+            "\n## Interrupts masked\n\nThe tick has the highest priority; only a section with all interrupts masked delays it. The image has {} \
+             places that begin one.\nThe longest of {} sections that ran while the console answered and samples were streamed: **{} instructions**. \
+             That is what ran, not a bound\nfor every path. Writing and erasing flash stops the tick too (docs/protocol.md).\n",
+            masked.places, masked.sections, masked.longest
+        );
     }
     text
 }

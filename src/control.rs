@@ -144,10 +144,20 @@ enum Motion {
 /// What was wrong in the last tick.
 #[derive(Clone, Copy, Debug, Default)]
 struct Conditions {
-    emergency: bool,
-    encoder: bool,
+    /// The inputs: emergency, and the encoder outside its window.
+    flags: Flags,
     limit: bool,
     clamp: bool,
+}
+
+impl Conditions {
+    /// Sets or clears a flag; whether it was set before.
+    #[inline]
+    fn put(&mut self, flag: Flags, set: bool) -> bool {
+        let before = self.flags.contains(flag);
+        self.flags = Flags(if set { self.flags.0 | flag.0 } else { self.flags.0 & !flag.0 });
+        before
+    }
 }
 
 #[derive(Debug, Default)]
@@ -178,6 +188,11 @@ impl<'m> Controller<'m> {
             tick: 0,
             stream: Stream::default(),
         }
+    }
+
+    /// What the tick publishes.
+    pub fn status(&self) -> &'m Status {
+        self.links.status
     }
 
     /// Starts in [`Fault::Restart`]: after a crash nothing moves before a person says so.
@@ -281,6 +296,7 @@ impl<'m> Controller<'m> {
         if setup.encoder != self.setup.encoder {
             let (counter, at) = (self.encoder_counter, self.setpoint);
             self.encoder = setup.encoder.map(|scale| Encoder::new(scale, counter, at));
+            self.conditions.put(Flags::ENCODER_OFF, false);
         }
         self.setup = setup;
     }
@@ -297,25 +313,27 @@ impl<'m> Controller<'m> {
         if inputs.late {
             self.note(Event::LateTick, 0);
         }
-        if inputs.emergency {
-            if !self.conditions.emergency {
+        if inputs.emergency != self.conditions.flags.contains(Flags::EMERGENCY_INPUT) {
+            self.conditions.put(Flags::EMERGENCY_INPUT, inputs.emergency);
+            if inputs.emergency {
                 self.note(Event::Emergency, 1);
             }
+        }
+        if inputs.emergency {
             self.trip(Fault::Emergency);
         }
-        self.conditions.emergency = inputs.emergency;
         self.encoder_counter = inputs.encoder_counter;
         let setpoint = self.setpoint;
         let encoder = self.encoder.as_mut()?;
         let position = encoder.update(inputs.encoder_counter);
         let off = encoder.is_off(position, setpoint);
+        let was_off = self.conditions.put(Flags::ENCODER_OFF, off);
         if off {
-            if !self.conditions.encoder {
+            if !was_off {
                 self.note(Event::Encoder, position.0.wrapping_sub(setpoint.0));
             }
             self.trip(Fault::Encoder);
         }
-        self.conditions.encoder = off;
         Some(position)
     }
 
@@ -359,19 +377,18 @@ impl<'m> Controller<'m> {
         self.conditions.clamp = clamped;
     }
 
+    #[inline]
     fn flags(&self) -> Flags {
-        let bit = |set, flag: Flags| if set { flag.0 } else { 0 };
-        if self.latch.fault().is_none() && !self.conditions.encoder && !self.conditions.emergency {
-            return Flags::default();
+        if self.latch.fault().is_none() {
+            return self.conditions.flags;
         }
-        let fault = self.latch.fault().is_some();
-        let settled = fault && self.shaping.is_settled(self.quiet_ticks);
+        let bit = |set, flag: Flags| if set { flag.0 } else { 0 };
+        let settled = self.shaping.is_settled(self.quiet_ticks);
         Flags(
-            bit(fault, Flags::FAULT)
+            self.conditions.flags.0
+                | Flags::FAULT.0
                 | bit(settled, Flags::SETTLED)
-                | bit(self.latch.drive_disabled(), Flags::DRIVE_DISABLED)
-                | bit(self.conditions.emergency, Flags::EMERGENCY_INPUT)
-                | bit(self.conditions.encoder, Flags::ENCODER_OFF),
+                | bit(self.latch.drive_disabled(), Flags::DRIVE_DISABLED),
         )
     }
 

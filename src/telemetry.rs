@@ -5,7 +5,7 @@
 //! is missing from the stream, so that a gap is seen by whoever records.
 
 use core::fmt;
-use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
 
 use crate::fault::{Counters, Event, Fault};
 use crate::units::Nanometres;
@@ -146,7 +146,6 @@ pub struct Status {
     fault: AtomicU8,
     flags: AtomicU8,
     encoder_nm: AtomicI32,
-    encoder_present: AtomicBool,
     counters: Counters,
 }
 
@@ -161,7 +160,6 @@ impl Status {
             fault: AtomicU8::new(0),
             flags: AtomicU8::new(0),
             encoder_nm: AtomicI32::new(0),
-            encoder_present: AtomicBool::new(false),
             counters: Counters::new(),
         }
     }
@@ -202,10 +200,9 @@ impl Status {
         Flags(self.flags.load(Ordering::Relaxed))
     }
 
-    /// Where the encoder said the machine was in the last tick, if there is one.
-    pub fn encoder(&self) -> Option<Nanometres> {
-        let present = self.encoder_present.load(Ordering::Relaxed);
-        present.then(|| Nanometres(self.encoder_nm.load(Ordering::Relaxed)))
+    /// Where the encoder said the machine was in the last tick; without one, in the last tick that had one.
+    pub fn encoder(&self) -> Nanometres {
+        Nanometres(self.encoder_nm.load(Ordering::Relaxed))
     }
 
     /// How often what has happened.
@@ -223,7 +220,6 @@ impl Status {
     pub(crate) fn publish_faults(&self, fault: Option<Fault>, flags: Flags, encoder: Option<Nanometres>) {
         self.fault.store(fault.map_or(0, |fault| fault as u8), Ordering::Relaxed);
         self.flags.store(flags.0, Ordering::Relaxed);
-        self.encoder_present.store(encoder.is_some(), Ordering::Relaxed);
         if let Some(encoder) = encoder {
             self.encoder_nm.store(encoder.0, Ordering::Relaxed);
         }

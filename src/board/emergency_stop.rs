@@ -37,18 +37,23 @@ pub fn set_input(input: EmergencyInput) {
     pac::EXTI.ftsr(0).modify(|falling| falling.set_line(PIN, input == EmergencyInput::Low));
     // What was pending under the old setting is forgotten.
     pac::EXTI.pr(0).write(|pending| pending.set_line(PIN, true));
-    pac::EXTI.imr(0).modify(|mask| mask.set_line(PIN, input != EmergencyInput::Off));
+    EDGE.store(false, Ordering::Relaxed);
     INPUT.store(input as u8, Ordering::Relaxed);
+    pac::EXTI.imr(0).modify(|mask| mask.set_line(PIN, input != EmergencyInput::Off));
 }
 
 /// Whether the input is active, or was since the last call. The tick alone calls it.
 #[inline]
 pub fn is_active() -> bool {
+    let input = INPUT.load(Ordering::Relaxed);
+    // Short where nothing is wired, because this is in every tick.
+    if input == EmergencyInput::Off as u8 {
+        return false;
+    }
     let edge = EDGE.load(Ordering::Relaxed);
     EDGE.store(false, Ordering::Relaxed);
     let high = pac::GPIOB.idr().read().idr(PIN).to_bits() != 0;
-    let input = INPUT.load(Ordering::Relaxed);
-    edge || (input == EmergencyInput::High as u8 && high) || (input == EmergencyInput::Low as u8 && !high)
+    edge || high == (input == EmergencyInput::High as u8)
 }
 
 #[interrupt]

@@ -72,11 +72,14 @@ pub fn is_busy() -> bool {
 /// Makes `steps` steps, each of `period` counts, which is zero for none; not while the output [`is_busy`].
 #[inline]
 pub fn make(steps: i16, period: u16) {
-    let kind = KIND.load(Ordering::Relaxed);
-    let count = steps.unsigned_abs();
-    if period == 0 || kind == PulseKind::Off as u8 {
+    if period == 0 {
         return;
     }
+    let kind = KIND.load(Ordering::Relaxed);
+    if kind == PulseKind::Off as u8 {
+        return;
+    }
+    let count = steps.unsigned_abs();
     let timer = pac::TIM1;
     let forward = steps > 0;
     if kind == PulseKind::Step as u8 {

@@ -8,7 +8,7 @@
 //! the emulator and stands still there, which counts as "not known".
 
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, Ordering};
 use core::task::Poll;
 
 use embassy_stm32::interrupt;
@@ -20,6 +20,7 @@ use embassy_sync::waitqueue::AtomicWaker;
 use super::{emergency_stop, encoder, outputs, step_pulses, watchdog};
 use crate::control::{Controller, Inputs};
 use crate::machine::TIMER_CLOCK_HZ;
+use crate::telemetry::Status;
 use crate::watchdog::{HEARTBEATS_PER_S, Progress, Supervisor};
 
 /// What belongs to the tick interrupt from [`start`] on, to the main thread before.
@@ -49,8 +50,8 @@ static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::n
 static SAMPLES_WAITING: AtomicWaker = AtomicWaker::new();
 /// A heartbeat is due: the console is to make a round.
 static HEARTBEAT: AtomicBool = AtomicBool::new(false);
-/// Ticks so far.
-static TICKS: AtomicU32 = AtomicU32::new(0);
+/// What the tick publishes; null before [`start`].
+static STATUS: AtomicPtr<Status> = AtomicPtr::new(core::ptr::null_mut());
 /// Rounds of the console's task so far.
 static CONSOLE_ROUNDS: AtomicU32 = AtomicU32::new(0);
 /// Ticks from one heartbeat to the next.
@@ -62,6 +63,7 @@ const DOORBELL: interrupt::Interrupt = interrupt::Interrupt::CAN2_SCE;
 /// Gives the controller to the interrupt and starts ticking every `clocks_per_tick` timer clocks. Call once.
 pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     set_clocks_per_tick(clocks_per_tick);
+    STATUS.store(core::ptr::from_ref(controller.status()).cast_mut(), Ordering::Relaxed);
     let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
     // SAFETY: see `TickCell`: the interrupt is still masked.
     unsafe { *STATE.0.get() = Some(state) };
@@ -118,9 +120,11 @@ pub fn console_made_round() {
     CONSOLE_ROUNDS.store(CONSOLE_ROUNDS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }
 
-/// Ticks so far.
+/// The number of the last tick.
 pub fn ticks() -> u32 {
-    TICKS.load(Ordering::Relaxed)
+    let status = STATUS.load(Ordering::Relaxed).cast_const();
+    // SAFETY: null, or what `start` was given for good.
+    unsafe { status.as_ref() }.map_or(0, Status::tick)
 }
 
 impl TickState {
@@ -149,7 +153,6 @@ impl TickState {
         if heartbeat || output.sample_queued {
             cortex_m::peripheral::NVIC::pend(DOORBELL);
         }
-        TICKS.store(TICKS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
         self.late = pac::TIM2.sr().read().uif();
     }
 }

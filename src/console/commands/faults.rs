@@ -36,7 +36,7 @@ impl Console<'_> {
             return still(Refused::EmergencyInput);
         }
         if flags.contains(Flags::ENCODER_OFF) && self.live.drive().stops_on_encoder() {
-            let error_nm = self.status.encoder().map_or(0, |at| at.0.wrapping_sub(self.status.setpoint().0));
+            let error_nm = self.status.encoder().0.wrapping_sub(self.status.setpoint().0);
             return still(Refused::EncoderOff { error_nm });
         }
         if !flags.contains(Flags::SETTLED) {
@@ -89,8 +89,8 @@ impl Console<'_> {
         say(out, format_args!("fault {}", self.status.fault().map_or("none", Fault::name)));
         let enabled = !flags.contains(Flags::DRIVE_DISABLED);
         say(out, format_args!("drive {}", if enabled { "enabled" } else { "disabled" }));
-        if let Some(encoder) = self.status.encoder() {
-            say(out, format_args!("encoder_nm {}", encoder.0));
+        if self.live.drive().encoder().is_some() {
+            say(out, format_args!("encoder_nm {}", self.status.encoder().0));
         }
         say(out, format_args!("events {}", self.events.len()));
         let _best_effort = out.write_str("counters");

@@ -38,6 +38,13 @@ impl StreamedMotion {
         samples.map(|sample| f64::from(sample.setpoint.0) * 1e-9).collect()
     }
 
+    /// Where the encoder saw the machine, in metres, from the last sample before the motion's start on; `None` where
+    /// the board has no encoder.
+    pub fn encoder_m(&self) -> Option<Vec<f64>> {
+        let samples = self.samples.iter().skip(self.start);
+        samples.map(|sample| Some(f64::from(sample.encoder?.0) * 1e-9)).collect()
+    }
+
     /// Commands in metres, before shaping, from the last sample before the motion's start on.
     pub fn commands_m(&self) -> Vec<f64> {
         let samples = self.samples.iter().skip(self.start);

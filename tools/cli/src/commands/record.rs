@@ -10,13 +10,16 @@ use crate::board::{BoardTarget, StreamedMotion};
 use crate::error::CliError;
 use crate::streams::Streams;
 
+/// Column of the encoder, where the board has one.
+const ENCODER: &str = "encoder_m";
+
 /// Column of the command before shaping.
 const COMMAND: &str = "command_m";
 
 /// Run a motion on a board and write what it streams as a recording.
 ///
 /// The columns are time_s (zero when the command starts to change), command_m (before shaping) and setpoint_m
-/// (after). To identify the machine, add what a sensor saw as a further column on the same clock, with empty cells
+/// (after), and encoder_m where the board has an encoder. To identify the machine, add what a sensor saw as a further column on the same clock, with empty cells
 /// where there is no frame; an offset of the sensor's clock shows as the same delay in every mode.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -77,7 +80,11 @@ impl RecordArgs {
 fn recording(name: &str, streamed: &StreamedMotion) -> Recording {
     let setpoints_m = streamed.setpoints_m();
     let time_s = (0..setpoints_m.len()).map(|index| index as f64 / streamed.rate_hz()).collect();
-    Recording::new(name, time_s)
+    let recording = Recording::new(name, time_s)
         .with_column(COMMAND, streamed.commands_m())
-        .with_column(SETPOINT, setpoints_m)
+        .with_column(SETPOINT, setpoints_m);
+    match streamed.encoder_m() {
+        Some(encoder_m) => recording.with_column(ENCODER, encoder_m),
+        None => recording,
+    }
 }

@@ -178,7 +178,7 @@ fn a_table_changed_in_the_middle_of_a_move_neither_jumps_nor_misses() {
     for line in shaper_settings(&beam_modes(), "zvdd") {
         session.command_when_ready(&line).expect("accepted");
     }
-    for line in ["set move.velocity_mm_s 20", "apply"] {
+    for line in ["set move.velocity_mm_s 4", "apply"] {
         session.command_when_ready(line).expect("accepted");
     }
     session.command_when_ready("move 50").expect("accepted");

@@ -142,7 +142,9 @@ fn the_same_run_twice_is_the_same_to_the_bit() {
 fn a_motion_that_is_refused_leaves_the_stream_off() {
     let mut session = core();
     assert!(matches!(session.run_motion("move 9999", 4, 0.0, &mut |_| {}), Err(BoardError::Refused { .. })));
-    assert_eq!(session.command("status").unwrap().lines.len(), 5);
+    let status = session.command("status").unwrap().lines;
+    assert!(status.iter().all(|line| !line.starts_with('#')), "{status:?}");
+    assert_eq!((status.first().map(String::as_str), status.len()), (Some("state rest"), 9));
     assert!(session.run_motion("move 1", 4, 0.0, &mut |_| {}).is_ok());
 }
 
@@ -188,4 +190,20 @@ fn the_handshake_copes_with_a_board_in_the_middle_of_something() {
     assert_eq!(session.command("status").unwrap().line("state"), Some("sweeping"));
     session.command("stop").unwrap();
     session.wait_for_rest(Duration::from_secs(5)).unwrap();
+}
+
+#[test]
+fn the_encoder_is_collected_where_the_board_has_one() {
+    let mut session = core();
+    let without = session.run_motion("move 1", 4, 0.0, &mut |_| {}).unwrap();
+    assert_eq!(without.encoder_m(), None);
+    for line in ["set encoder.counts_per_mm 100", "apply"] {
+        session.command_when_ready(line).unwrap();
+    }
+    let with = session.run_motion("move 0", 4, 0.0, &mut |_| {}).unwrap();
+    let encoder_m = with.encoder_m().unwrap();
+    // The in-process board has nothing that turns its encoder, which was taken to be at the setpoint, 1 mm.
+    assert!(
+        encoder_m.len() == with.setpoints_m().len() && encoder_m.iter().all(|position| *position == 1e-3)
+    );
 }

@@ -8,9 +8,10 @@ use stillbeam_recording::{Recording, Role};
 use crate::adequacy::Adequacy;
 use crate::error::DiagnoseError;
 use crate::intervals::standard_errors;
+use crate::locate::locate;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
-use crate::naming::selection::Search;
+use crate::naming::selection::{Search, Selection};
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::options::Options;
 use crate::quality::{fits, role_of};
@@ -19,7 +20,7 @@ use crate::result::{
     SCHEMA_VERSION, Verdict,
 };
 use crate::simulation::Hypothesis;
-use crate::study::{Compared, OnAll, Study, compare};
+use crate::study::{Compared, OnAll, Study, compare, settle};
 use crate::verdict::{effects, rows, ties, verdict};
 
 /// What a diagnosis is doing.
@@ -52,23 +53,28 @@ pub fn diagnose(
     let mut study = Study::new(model, recordings, held_out)?;
     say("refitting the model within its own parameters", 0.05);
     let given = Hypothesis { model: model.clone() };
-    let compared = compare(&mut study, &given)?;
+    let mut compared = compare(&mut study, &given)?;
+    say("trying the catalogue of physics", 0.2);
+    let mut candidates = candidates(&study, &compared, options);
+    let mut selection = select(&study, &compared, &candidates, options, &mut |step| say(step, 0.4));
+    let floors = study.floors(&selection.chosen.on_all());
+    if !selection.chosen.laws.is_empty() && study.much_lower(&floors, &compared.floors) {
+        say("once more, now that the noise is seen", 0.6);
+        compared = settle(&mut study, &given, &compared.refitted, floors)?;
+        candidates = self::candidates(&study, &compared, options);
+        selection = select(&study, &compared, &candidates, options, &mut |step| say(step, 0.8));
+    }
     let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
     let refit_adequate = is_adequate(&tests, options);
-    say("trying the catalogue of physics", 0.2);
-    let candidates = candidates(&study, &compared, options);
-    let search =
-        Search { study: &study, candidates: &candidates, options, given_laws: model.setup().physics.len() };
-    let selection =
-        search.run(&compared.refitted, compared.refitted_on_all.held_out.clone(), &mut |step| say(step, 0.5));
     say("testing what is left", 0.95);
-    let extended = (!selection.chosen.laws.is_empty()).then(|| OnAll {
-        train: selection.chosen.fitted.records.clone(),
-        held_out: selection.chosen.held_out.clone(),
-    });
+    let extended = (!selection.chosen.laws.is_empty()).then(|| selection.chosen.on_all());
     let final_on_all = extended.as_ref().unwrap_or(&compared.refitted_on_all);
     let floors = if extended.is_some() { study.floors(final_on_all) } else { compared.floors.clone() };
     let final_tests = study.adequacies(final_on_all, &floors);
+    say("locating the mismatch", 0.97);
+    let missing = !(refit_adequate && selection.chosen.laws.is_empty());
+    let located = missing
+        .then(|| locate(&study, model, &compared.refitted.hypothesis, &compared.refitted_on_all, &floors));
     let columns = model.output_columns();
     let samples = study.stack(Role::Train).present() as f64;
     let verdict = verdict(&selection, refit_adequate, is_adequate(&final_tests, options));
@@ -91,15 +97,33 @@ pub fn diagnose(
         effects,
         parameter_changes: parameter_changes(&study, &compared),
         undetermined_parameters: compared.undetermined.clone(),
-        mismatch: None,
+        mismatch: located.as_ref().map(|located| located.mismatch.clone()),
+        orders: located.as_ref().map(|located| located.orders.clone()).unwrap_or_default(),
+        surfaces: located.as_ref().map(|located| located.surfaces.clone()).unwrap_or_default(),
         fit,
         next_experiment: None,
-        residual_tests: pooled_tests(&final_tests),
+        residual_tests: ResidualTests {
+            odd_distortion_db: located.as_ref().and_then(|located| located.odd_db),
+            even_distortion_db: located.as_ref().and_then(|located| located.even_db),
+            ..pooled_tests(&final_tests)
+        },
         set_aside: study.set_aside.clone(),
         seconds: started.elapsed().as_secs_f64(),
         overlays: overlays(&study, &columns, models, extended.as_ref()),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
+}
+
+fn select(
+    study: &Study,
+    compared: &Compared,
+    candidates: &[Candidate],
+    options: &Options,
+    say: &mut dyn FnMut(&str),
+) -> Selection {
+    let given_laws = compared.refitted.hypothesis.model.setup().physics.len();
+    let search = Search { study, candidates, options, given_laws };
+    search.run(&compared.refitted, compared.refitted_on_all.held_out.clone(), say)
 }
 
 /// The catalogue, with trial values that fit this machine.

@@ -4,6 +4,8 @@
 //! is biased by noise in what it differentiates. Offsets and initial states are solved for inside every evaluation
 //! (variable projection with Kaufman's Jacobian), so the search sees only the parameters proper.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise};
@@ -16,6 +18,9 @@ use crate::stacking::{RecordFit, Stack};
 
 /// Relative step of the differences that make the Jacobian, in search coordinates.
 const DIFFERENCE: f64 = 1e-5;
+
+/// The most simulations of all recordings that one search may take, differences not counted.
+const MOST_EVALUATIONS: usize = 60;
 
 /// A hypothesis whose parameters have been fitted.
 #[derive(Debug, Clone)]
@@ -37,6 +42,10 @@ struct Problem<'p, 'r> {
     hypothesis: &'p Hypothesis,
     free: &'p [FreeParameter],
     starts: Vec<Vec<f64>>,
+    /// Directions that other parameters would absorb, over all recordings.
+    absorbing: Option<&'p Orthonormal>,
+    /// Evaluations that are left: a candidate that wanders along a flat valley is not worth more.
+    budget: AtomicUsize,
 }
 
 struct Point {
@@ -87,8 +96,13 @@ impl LeastSquares for Problem<'_, '_> {
     type Point = Point;
 
     fn at(&self, search: &[f64]) -> Option<Point> {
+        let left = |left: usize| left.checked_sub(1);
+        self.budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).ok()?;
         let records = self.stack.evaluate(&self.moved(search)?, &self.starts)?;
-        let residuals = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
+        let mut residuals: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
+        if let Some(absorbing) = self.absorbing {
+            absorbing.remove_from(&mut residuals);
+        }
         Some(Point { records, residuals })
     }
 
@@ -97,7 +111,12 @@ impl LeastSquares for Problem<'_, '_> {
     }
 
     fn curvature(&self, search: &[f64], point: &Point) -> (DMatrix<f64>, DVector<f64>) {
-        let columns = self.jacobian(search, point);
+        let mut columns = self.jacobian(search, point);
+        if let Some(absorbing) = self.absorbing {
+            columns.par_iter_mut().for_each(|column| {
+                absorbing.remove_from(column);
+            });
+        }
         let gradient = columns.iter().map(|column| dot(column, &point.residuals));
         (gram(&columns), DVector::from_iterator(columns.len(), gradient))
     }
@@ -123,7 +142,21 @@ pub(crate) fn fit(
     start: &[f64],
     starts: &[Vec<f64>],
 ) -> Option<Fitted> {
-    let problem = Problem { stack, hypothesis, free, starts: starts.to_vec() };
+    fit_beside(stack, hypothesis, free, start, starts, None)
+}
+
+/// The same with directions that other parameters, held here, would absorb: the sum of squares is then what is left
+/// once they have been refitted, as far as straight lines go. A few simulations instead of hundreds.
+pub(crate) fn fit_beside(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    free: &[FreeParameter],
+    start: &[f64],
+    starts: &[Vec<f64>],
+    absorbing: Option<&Orthonormal>,
+) -> Option<Fitted> {
+    let budget = AtomicUsize::new(MOST_EVALUATIONS);
+    let problem = Problem { stack, hypothesis, free, starts: starts.to_vec(), absorbing, budget };
     let search: Vec<Parameter> = free.iter().zip(start).map(|(p, value)| p.as_search(*value)).collect();
     let minimum = minimise(&problem, &search)?;
     let values: Vec<f64> = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
@@ -145,8 +178,14 @@ impl Fitted {
     /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*, nuisances
     /// taken out; one column per parameter over all recordings.
     pub(crate) fn sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
-        let problem =
-            Problem { stack, hypothesis: &self.hypothesis, free: &self.free, starts: self.initial_states() };
+        let problem = Problem {
+            stack,
+            hypothesis: &self.hypothesis,
+            free: &self.free,
+            starts: self.initial_states(),
+            absorbing: None,
+            budget: AtomicUsize::new(0),
+        };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();
         let point = Point { records: self.records.clone(), residuals: Vec::new() };
         let mut jacobian = problem.jacobian(&search, &point);

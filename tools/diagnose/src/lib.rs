@@ -1,10 +1,24 @@
-//! Which physics a model left out.
+//! Which physics a model left out, judged on recordings.
+//!
+//! | sentence | file |
+//! |---|---|
+//! | recordings are checked against the model and made ready | `record`, `outliers`, `study` |
+//! | what no model may explain is estimated | `noise` |
+//! | the model is fitted by the error of its simulation, offsets and initial states solved for inside | `stacking`, `fit`, `parameters` |
+//! | standard errors hold under coloured noise | `intervals`, `statistics` |
+//! | what is left is tested | `adequacy` |
+//! | and located: link, time, frequency, order, amplitude, latent force over position and speed | `locate` |
+//! | laws of the catalogue are tried at every place, fitted, put through gates | `naming` |
+//! | and the verdict is put together | `verdict`, `quality`, [`diagnose`](fn@diagnose) |
+//!
+//! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
 mod diagnosis;
 mod error;
 mod fit;
 mod intervals;
+mod locate;
 mod naming;
 mod noise;
 mod options;
@@ -21,6 +35,7 @@ mod verdict;
 
 pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;
+pub use locate::{CELLS, ForceSurface, ORDERS, OrderMap};
 pub use noise::NoiseSource;
 pub use options::Options;
 pub use result::{

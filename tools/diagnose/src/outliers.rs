@@ -38,7 +38,10 @@ fn in_series(series: &[f64]) -> Vec<usize> {
         .collect();
     let mut sizes: Vec<f64> = departures.iter().map(|departure| departure.abs()).collect();
     let scale = median(&mut sizes) / MAD;
-    (0..series.len()).filter(|&k| scale > 0.0 && departures[k].abs() > OFF * scale).collect()
+    let is_off = |k: usize| departures.get(k).is_some_and(|departure| departure.abs() > OFF * scale);
+    // Lone ones: a run of samples that are off is a motion.
+    let is_lone = |k: usize| !(is_off(k.wrapping_sub(1)) || is_off(k + 1));
+    (0..series.len()).filter(|&k| scale > 0.0 && is_off(k) && is_lone(k)).collect()
 }
 
 fn median(values: &mut [f64]) -> f64 {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use stillbeam_plant::Model;
 
+use crate::locate::{ForceSurface, OrderMap};
 use crate::noise::NoiseSource;
 
 /// Version of the JSON's fields.
@@ -272,6 +273,10 @@ pub struct Diagnosis {
     pub undetermined_parameters: Vec<String>,
     /// Where the refitted model and the recordings differ; `None` when they do not.
     pub mismatch: Option<Mismatch>,
+    /// Orders of the sweep in what the refitted model leaves over, per training recording.
+    pub orders: Vec<OrderMap>,
+    /// Forces that would explain it, per place, the likeliest first.
+    pub surfaces: Vec<ForceSurface>,
     /// How well the models fit.
     pub fit: Fits,
     /// Candidates that cannot be told apart.

@@ -6,7 +6,7 @@ use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Series, adequacy};
 use crate::error::DiagnoseError;
-use crate::fit::{Fitted, fit, refit, refit_from};
+use crate::fit::{Fitted, refit, refit_from};
 use crate::noise::{NoiseFloor, OutputResidual, noise_floor, spectra};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::parameters::{FreeParameter, free_parameters};
@@ -211,6 +211,12 @@ impl Study {
         (0..self.weights.len()).map(|output| noise_floor(&self.parts(on_all, output))).collect()
     }
 
+    /// Whether any noise floor has fallen so far that the weights were wrong.
+    pub(crate) fn much_lower(&self, now: &[Option<NoiseFloor>], before: &[Option<NoiseFloor>]) -> bool {
+        let pairs = now.iter().flatten().zip(before.iter().flatten());
+        pairs.into_iter().any(|(now, before)| now.rms < 0.85 * before.rms)
+    }
+
     /// Frequencies at which the residual of a model rings, strongest first; at most four.
     pub(crate) fn peaks_hz(&self, on_all: &OnAll) -> Vec<f64> {
         let mut peaks: Vec<(f64, f64)> = Vec::new();
@@ -325,23 +331,25 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
     study.clean(&first_on_all);
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
-    study.weigh_by(&first_on_all);
-    let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, &first)?;
-    let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
-    let floors = study.floors(&refitted_on_all);
+    let floors = study.floors(&first_on_all);
+    settle(study, given, &first, floors)
+}
+
+/// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an output whose
+/// noise is smaller than thought shows more of them. `before` is where the search starts.
+pub(crate) fn settle(
+    study: &mut Study,
+    given: &Hypothesis,
+    before: &Fitted,
+    floors: Vec<Option<NoiseFloor>>,
+) -> Result<Compared, DiagnoseError> {
     for (weight, floor) in study.weights.iter_mut().zip(&floors) {
         if let Some(floor) = floor.as_ref().filter(|floor| floor.rms > 0.0) {
             *weight = 1.0 / floor.rms;
         }
     }
-    let again = fit(
-        &study.stack(Role::Train),
-        &refitted.hypothesis,
-        &refitted.free,
-        &refitted.values,
-        &refitted.initial_states(),
-    );
-    let refitted = again.unwrap_or(refitted);
+    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
     let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
     let given = study.on_all(given, &[], &[])?;
     Ok(Compared { given, refitted, refitted_on_all, floors, undetermined })

@@ -14,10 +14,13 @@ pub(crate) fn verdict(selection: &Selection, refit_adequate: bool, rest_is_noise
     if selection.chosen.laws.is_empty() {
         return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
     }
-    if !selection.rivals.is_empty() {
-        return Verdict::Ambiguous;
+    match (rest_is_noise, selection.rivals.is_empty()) {
+        (true, true) => Verdict::Explained,
+        (true, false) => Verdict::Ambiguous,
+        (false, true) => Verdict::Improved,
+        // Several laws each take a part of it away and none takes all: none of them is it.
+        (false, false) => Verdict::Unexplained,
     }
-    if rest_is_noise { Verdict::Explained } else { Verdict::Improved }
 }
 
 /// Effects in order of importance: what the held-out (or training) recordings would lose.

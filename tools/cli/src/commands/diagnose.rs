@@ -9,6 +9,7 @@ use stillbeam_recording::{Recording, read_csv};
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
+use crate::report::diagnose_page::diagnose_page;
 use crate::streams::{Streams, json_on_stdout};
 
 /// Where a model and recordings differ, and which physics was left out.
@@ -32,12 +33,21 @@ pub struct DiagnoseArgs {
     /// Write JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
+    /// Write a report with plots to this file
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<String>,
+    /// Write the refitted model with the physics found to this file, for `simulate`
+    #[arg(long, value_name = "FILE.toml")]
+    extended_model: Option<String>,
 }
 
 impl DiagnoseArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         let inputs = std::iter::once(&self.model).chain(&self.recordings).chain(&self.held_out);
-        keep_apart(inputs.map(PathBuf::as_path), [self.json.as_deref()])?;
+        keep_apart(
+            inputs.map(PathBuf::as_path),
+            [self.json.as_deref(), self.report.as_deref(), self.extended_model.as_deref()],
+        )?;
         let model = Model::read(&self.model)?;
         let read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
             paths.iter().map(|path| Ok(read_csv(path)?)).collect()
@@ -56,6 +66,16 @@ impl DiagnoseArgs {
         }
         if let Some(file) = &self.json {
             streams.write_json(file, &found)?;
+        }
+        if let Some(file) = &self.report {
+            streams.write_text(file, &diagnose_page(&found))?;
+        }
+        match (&self.extended_model, &found.extended_model) {
+            (Some(file), Some(extended)) => streams.write_text(file, &extended.to_toml()?)?,
+            (Some(file), None) => {
+                streams.say(&format!("nothing was named, so {file} was not written"));
+            }
+            _ => {}
         }
         Ok(())
     }

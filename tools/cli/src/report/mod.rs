@@ -1,7 +1,10 @@
 //! Reports: self-contained HTML pages with inline plots.
 
 pub mod demo_page;
+pub mod diagnose_page;
+mod diagnose_tables;
 pub mod frequency_response;
+mod heat_map;
 pub mod identify_page;
 pub mod page;
 pub mod paper_page;

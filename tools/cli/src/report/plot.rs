@@ -9,6 +9,7 @@ mod ticks;
 use std::fmt::Write;
 
 use frame::Frame;
+pub(super) use svg::escape as escape_text;
 use svg::{BOTTOM, GREY, LEFT, PALETTE, WIDTH, escape, text};
 
 /// One curve.

@@ -6,19 +6,20 @@
 //! may only have stood in for what came later.
 
 use rayon::prelude::*;
+use stillbeam_identify::tall::Orthonormal;
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
 use super::gates::{Improvement, Trialled, gates, improvement};
 use super::screening::{Screened, screen};
 use super::trials::Candidate;
-use crate::fit::{Fitted, fit};
+use crate::fit::{Fitted, fit, fit_beside};
 use crate::intervals::standard_errors;
 use crate::options::Options;
 use crate::parameters::FreeParameter;
 use crate::result::Gate;
 use crate::stacking::RecordFit;
-use crate::study::Study;
+use crate::study::{OnAll, Study};
 
 /// A model with some laws, fitted and judged.
 #[derive(Clone)]
@@ -27,6 +28,13 @@ pub(crate) struct Member {
     pub(crate) laws: Vec<usize>,
     pub(crate) fitted: Fitted,
     pub(crate) held_out: Vec<RecordFit>,
+}
+
+impl Member {
+    /// The set on all recordings.
+    pub(crate) fn on_all(&self) -> OnAll {
+        OnAll { train: self.fitted.records.clone(), held_out: self.held_out.clone() }
+    }
 }
 
 /// A candidate that was fitted on top of a set.
@@ -72,7 +80,9 @@ pub(crate) struct Search<'s> {
 }
 
 /// Candidates fitted per round, the most promising first.
-const FITTED_PER_ROUND: usize = 8;
+const FITTED_PER_ROUND: usize = 4;
+/// Candidates fitted with the model's own parameters held to straight lines, to see which are worth more.
+const SKETCHED_PER_ROUND: usize = 10;
 
 impl Search<'_> {
     /// Adds, swaps and deletes until no law passes any more.
@@ -92,10 +102,7 @@ impl Search<'_> {
                 first_screen = screened;
                 tried_first.clone_from(&tried);
             }
-            let best = tried
-                .into_iter()
-                .filter(Tried::passes)
-                .min_by(|a, b| a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares));
+            let best = self.simplest_of_the_best(tried);
             let Some(best) = best else { break };
             chosen = self.pruned(best.member);
             if chosen.laws.len() > 1 {
@@ -107,6 +114,20 @@ impl Search<'_> {
         Selection { chosen, screened: first_screen, tried: tried_first, rivals, judged }
     }
 
+    /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is not
+    /// significantly better: a law that contains another (Stribeck contains Coulomb) always fits a little better.
+    fn simplest_of_the_best(&self, tried: Vec<Tried>) -> Option<Tried> {
+        let passing: Vec<Tried> = tried.into_iter().filter(Tried::passes).collect();
+        let best = passing.iter().min_by(|a, b| by_fit(a, b))?;
+        let size = |tried: &Tried| tried.member.fitted.free.len();
+        let as_good = |other: &&Tried| {
+            size(other) < size(best)
+                && self.better_by(&other.member, &best.member) < self.options.held_out_gate
+        };
+        let simpler = passing.iter().filter(as_good).min_by(|a, b| size(a).cmp(&size(b)).then(by_fit(a, b)));
+        Some(simpler.unwrap_or(best).clone())
+    }
+
     /// Screens all candidates on top of a set and fits the promising ones.
     fn round(&self, base: &Member) -> (Vec<Screened>, Vec<Tried>) {
         let stack = self.study.stack(Role::Train);
@@ -116,18 +137,48 @@ impl Search<'_> {
             .filter(|s| !base.laws.contains(&s.candidate) && s.t.abs() > self.options.training_gate)
             .collect();
         promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-        promising.truncate(FITTED_PER_ROUND);
-        let tried = promising.par_iter().filter_map(|screened| self.try_on(base, screened)).collect();
+        promising.truncate(SKETCHED_PER_ROUND);
+        let mut absorbing = Orthonormal::default();
+        base.fitted.sensitivities(&stack).into_iter().for_each(|column| absorbing.push(column));
+        let mut sketched: Vec<(f64, Physics, &Screened)> =
+            promising.par_iter().filter_map(|screened| self.sketch(base, screened, &absorbing)).collect();
+        sketched.sort_by(|a, b| a.0.total_cmp(&b.0));
+        sketched.truncate(FITTED_PER_ROUND);
+        let tried = sketched
+            .par_iter()
+            .filter_map(|(_, physics, screened)| self.try_on(base, screened, physics))
+            .collect();
         (screened, tried)
     }
 
-    /// Fits one candidate on top of a set and runs its gates.
-    fn try_on(&self, base: &Member, screened: &Screened) -> Option<Tried> {
-        let candidate = &self.candidates[screened.candidate];
+    /// Fits the law's own parameters; those of the model follow along straight lines. What is left, and the law.
+    fn sketch<'s>(
+        &self,
+        base: &Member,
+        screened: &'s Screened,
+        absorbing: &Orthonormal,
+    ) -> Option<(f64, Physics, &'s Screened)> {
         let number = base.laws.len() + 1 + self.given_laws;
-        let physics = candidate.physics(&screened.trial, screened.factor);
-        let member =
-            self.extended(base, screened.candidate, &physics, number, &screened.trial.amplitude_names())?;
+        let mut physics = self.candidates[screened.candidate].physics(&screened.trial, screened.factor);
+        let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
+        let free = law_parameters(&hypothesis.model, &physics, number, &screened.trial.amplitude_names());
+        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+        let states = base.fitted.initial_states();
+        let stack = self.study.stack(Role::Train);
+        let fitted = fit_beside(&stack, &hypothesis, &free, &start, &states, Some(absorbing))?;
+        for (parameter, value) in free.iter().zip(&fitted.values) {
+            if let Some((_, name)) = parameter.path.rsplit_once('.') {
+                physics.parameters.insert(name.to_owned(), *value);
+            }
+        }
+        Some((fitted.sum_of_squares, physics, screened))
+    }
+
+    /// Fits one candidate on top of a set and runs its gates.
+    fn try_on(&self, base: &Member, screened: &Screened, physics: &Physics) -> Option<Tried> {
+        let number = base.laws.len() + 1 + self.given_laws;
+        let amplitudes = screened.trial.amplitude_names();
+        let member = self.extended(base, screened.candidate, physics, number, &amplitudes)?;
         let own = format!("physics.{number}.");
         let stack = self.study.stack(Role::Train);
         let errors = standard_errors(&stack, &member.fitted, self.study.slowest_hz);
@@ -254,10 +305,7 @@ impl Search<'_> {
             let Some(without) = self.without(&member, place) else { continue };
             let old = member.laws[place];
             let (_, tried) = self.round(&without);
-            let best = tried
-                .into_iter()
-                .filter(|tried| tried.passes() && tried.candidate != old)
-                .min_by(|a, b| a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares));
+            let best = self.simplest_of_the_best(tried.into_iter().filter(|t| t.candidate != old).collect());
             if let Some(best) = best
                 && best.member.fitted.sum_of_squares < member.fitted.sum_of_squares
                 && self.better_by(&member, &best.member) > 0.0
@@ -289,7 +337,9 @@ impl Search<'_> {
                     continue;
                 }
                 let close = self.better_by(&other.member, chosen) < self.options.held_out_gate;
-                if other.passes() && close && !chosen.laws.contains(&other.candidate) {
+                // What needs more parameters to do as well is no rival.
+                let as_simple = other.member.fitted.free.len() <= chosen.fitted.free.len();
+                if other.passes() && close && as_simple && !chosen.laws.contains(&other.candidate) {
                     rivals.push(other.member.clone());
                 }
                 if !first.iter().any(|known| known.candidate == other.candidate) {
@@ -306,6 +356,10 @@ impl super::trials::Trial {
     pub(crate) fn amplitude_names(&self) -> Vec<String> {
         self.amplitudes.iter().map(|(name, _)| (*name).to_owned()).collect()
     }
+}
+
+fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
+    a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
 
 /// The path with laws counted as if number `removed` were gone.

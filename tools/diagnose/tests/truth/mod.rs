@@ -28,6 +28,13 @@ pub const RUNS: [Run; 5] = [
     Run { exponential: true, duration_s: 90.0, amplitude: 1.4 },
 ];
 
+/// Shorter ones, for tests: two to train on and one to hold out.
+pub const SHORT_RUNS: [Run; 3] = [
+    Run { exponential: true, duration_s: 30.0, amplitude: 1.0 },
+    Run { exponential: true, duration_s: 30.0, amplitude: 2.0 },
+    Run { exponential: false, duration_s: 35.0, amplitude: 1.5 },
+];
+
 /// Root mean square of the noise on every sensor, metres.
 pub const NOISE_M: f64 = 5e-5;
 
@@ -128,6 +135,11 @@ impl Bench {
             recording = recording.with_column(column, seen);
         }
         recording
+    }
+
+    /// The three short runs.
+    pub fn short_recordings(self, laws: &[Physics], rho: f64, seed: u64) -> Vec<Recording> {
+        (0..).zip(SHORT_RUNS).map(|(number, run)| self.record(run, laws, rho, 10 * seed + number)).collect()
     }
 
     /// All five runs.

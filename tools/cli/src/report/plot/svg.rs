@@ -50,6 +50,6 @@ pub(super) fn text(svg: &mut String, (x, y): (f64, f64), anchor: &str, attribute
     );
 }
 
-pub(super) fn escape(content: &str) -> String {
+pub(in crate::report) fn escape(content: &str) -> String {
     content.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,0 +1,38 @@
+//! Where in position and speed: what the force surface of the likeliest place looks like.
+
+use super::latent_force::{CELLS, ForceSurface};
+
+/// A sentence on the likeliest place; `None` when there is none.
+pub(crate) fn sentence(surfaces: &[ForceSurface]) -> Option<String> {
+    let surface = surfaces.first()?;
+    let empty = surface.mean.iter().filter(|mean| mean.is_none()).count();
+    let [z0, z1, v0, v1] = surface.range;
+    let strongest = (0..CELLS * CELLS)
+        .filter_map(|cell| Some((cell, surface.mean[cell]?, surface.stderr[cell]?)))
+        // Cells seen often enough that their mean stands clear of its error.
+        .filter(|(_, mean, stderr)| mean.abs() > 3.0 * stderr)
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let place = strongest.map_or_else(
+        || "no cell of it stands clear of its error".to_owned(),
+        |(cell, mean, stderr)| {
+            let centre =
+                |place: usize, low: f64, high: f64| low + (place as f64 + 0.5) * (high - low) / CELLS as f64;
+            format!(
+                "it is largest, {mean:.3e} ± {stderr:.1e} {}, around {:.3e} {} and {:.3e} {}/s",
+                surface.force_unit,
+                centre(cell % CELLS, z0, z1),
+                surface.displacement_unit,
+                centre(cell / CELLS, v0, v1),
+                surface.displacement_unit,
+            )
+        },
+    );
+    Some(format!(
+        "A force at {} of {:.3e} {} rms would explain it, {:.0} % of its power a function of position and speed; {place}; {empty} of {} cells were never visited.",
+        surface.location,
+        surface.rms,
+        surface.force_unit,
+        100.0 * surface.static_share,
+        CELLS * CELLS
+    ))
+}

@@ -1,0 +1,63 @@
+//! Physics that was left out is named, at its place, with its size; what is not in the catalogue is not.
+
+mod truth;
+
+use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
+use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_recording::Recording;
+use truth::Bench;
+
+fn run(bench: Bench, laws: &[Physics], options: &Options, seed: u64) -> Diagnosis {
+    let all: Vec<Recording> = bench.short_recordings(laws, 0.0, seed);
+    diagnose(&bench.wrong_model(), &all[..2], &all[2..], options, &mut |_| {}).unwrap()
+}
+
+fn named(found: &Diagnosis) -> Vec<String> {
+    let mut names: Vec<String> =
+        found.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn single_laws_are_named_with_their_size() {
+    for (bench, law, parameter) in [
+        (Bench::MovedBase, Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0), "stiffness"),
+        (Bench::MovedBase, Physics::new("quadratic_drag", "beam").with("drag", 0.02), "drag"),
+    ] {
+        let found = run(bench, std::slice::from_ref(&law), &Options::default(), 1);
+        let truth = format!("{} at {}", law.id, law.location);
+        assert_eq!(named(&found), vec![truth], "{:?}: {}", found.verdict, found.sentence);
+        assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+        let estimate = &found.effects[0].parameters[parameter];
+        let error = (estimate.value - law.parameters[parameter]).abs();
+        assert!(error < 4.0 * estimate.stderr, "{parameter}: {estimate:?} for {}", law.parameters[parameter]);
+        let held_out = found.fit.pooled.iter().find(|p| p.role == stillbeam_diagnose::RecordRole::HeldOut);
+        let fits = held_out.map(|pooled| pooled.fits.clone()).unwrap();
+        assert!(fits.extended.unwrap().rms < 0.5 * fits.refitted_linear.rms, "{fits:?}");
+    }
+}
+
+#[test]
+fn what_the_catalogue_lacks_is_located_and_not_named_with_confidence() {
+    let law = Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0);
+    let mut options = Options::default();
+    options.without.push("cubic_stiffness".to_owned());
+    let found = run(Bench::MovedBase, &[law], &options, 2);
+    assert!(matches!(found.verdict, Verdict::Unexplained | Verdict::Improved), "{}", found.sentence);
+    let mismatch = found.mismatch.unwrap();
+    assert!(!mismatch.time_windows_s.is_empty() && !mismatch.frequency_bands_hz.is_empty());
+    assert_eq!(mismatch.link.as_deref(), Some("beam"));
+}
+
+#[test]
+fn the_extended_model_is_a_model_file_that_simulates() {
+    let law = Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0);
+    let bench = Bench::MovedBase;
+    let found = run(bench, &[law], &Options::default(), 3);
+    let text = found.extended_model.unwrap().to_toml().unwrap();
+    let again = Model::from_toml("extended.toml", &text).unwrap();
+    assert_eq!(again.setup().physics.len(), 1);
+    let recording = &bench.short_recordings(&[], 0.0, 4)[0];
+    assert!(simulate(&again, recording).is_ok());
+}

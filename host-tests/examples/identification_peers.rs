@@ -76,7 +76,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .map(|mode| json!({"frequency_hz": mode.frequency_hz, "damping_ratio": mode.damping_ratio}))
         .collect();
     let labels: Vec<&str> = std::iter::once(FIT).chain(METHODS.map(|(_, label)| label)).collect();
-    let document = json!({"labels": labels, "truth": truth, "cases": cases, "found": found, "seconds": seconds, "fit": FIT});
+    let build = if cfg!(debug_assertions) { "with its run-time checks on" } else { "as released" };
+    let document = json!({"build": build, "labels": labels, "truth": truth, "cases": cases, "found": found, "seconds": seconds, "fit": FIT});
     std::fs::write(folder.join("ours.json"), serde_json::to_vec_pretty(&document)?)?;
     Ok(())
 }

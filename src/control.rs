@@ -14,7 +14,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
-use crate::motion::{MovePlan, StopPlan, SweepPlan};
+use crate::motion::{FinePosition, MotionPlan, StopPlan};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseScale, Pulses};
 use crate::shaper::{Cascade, Shaping};
@@ -24,10 +24,8 @@ use crate::units::Nanometres;
 /// What the console asks of the interrupt.
 #[derive(Debug)]
 pub enum Request<'m> {
-    /// Start a move. It was planned from the command's position at rest.
-    Move(MovePlan),
-    /// Start a sweep. It was planned around the command's position at rest.
-    Sweep(SweepPlan),
+    /// Start a motion. It was planned from the command's position at rest.
+    Start(MotionPlan<'m>),
     /// Bring the command to rest.
     Stop,
     /// Shape with this cascade from now on.
@@ -114,7 +112,7 @@ pub struct Links<'m> {
 pub struct Controller<'m> {
     links: Links<'m>,
     shaping: Shaping<'m>,
-    motion: Motion,
+    motion: Motion<'m>,
     setup: Setup,
     pulses: Option<Pulses>,
     encoder: Option<Encoder>,
@@ -124,8 +122,8 @@ pub struct Controller<'m> {
     /// Conditions that were there in the last tick, so that each is an event once.
     conditions: Conditions,
     command: Nanometres,
-    /// The command of the tick before.
-    previous: Nanometres,
+    /// The command of the last three ticks before it was rounded, the newest last.
+    recent: [FinePosition; 3],
     setpoint: Nanometres,
     /// Ticks since the command last changed, up to the longest shaper.
     quiet_ticks: u32,
@@ -134,10 +132,9 @@ pub struct Controller<'m> {
 }
 
 #[derive(Debug)]
-enum Motion {
+enum Motion<'m> {
     Hold,
-    Move(MovePlan),
-    Sweep(SweepPlan),
+    Planned(MotionPlan<'m>),
     Stop(StopPlan),
 }
 
@@ -182,7 +179,7 @@ impl<'m> Controller<'m> {
             latch: Latch::default(),
             conditions: Conditions::default(),
             command: zero,
-            previous: zero,
+            recent: [zero.into(); 3],
             setpoint: zero,
             quiet_ticks: u32::MAX,
             tick: 0,
@@ -250,13 +247,11 @@ impl<'m> Controller<'m> {
     fn accept(&mut self, request: Request<'m>) {
         match request {
             // Planned from rest, which a fault has ended since.
-            Request::Move(_) | Request::Sweep(_) if self.latch.fault().is_some() => {}
-            Request::Move(plan) => self.motion = Motion::Move(plan),
-            Request::Sweep(plan) => self.motion = Motion::Sweep(plan),
+            Request::Start(plan) if self.latch.fault().is_some() => self.give_back(plan.into_memory()),
+            Request::Start(plan) => self.change_motion(Motion::Planned(plan)),
             Request::Stop => {
-                if !matches!(self.motion, Motion::Hold | Motion::Stop(_)) {
-                    self.motion =
-                        Motion::Stop(StopPlan::new(self.previous, self.command, self.setup.braking));
+                if matches!(self.motion, Motion::Planned(_)) {
+                    self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.setup.braking)));
                 }
             }
             Request::Shape(cascade) => {
@@ -358,7 +353,7 @@ impl<'m> Controller<'m> {
         let before = self.latch.fault();
         self.latch.trip(fault, self.setup.reactions);
         if before.is_none() && self.latch.fault().is_some() {
-            self.motion = Motion::Hold;
+            self.change_motion(Motion::Hold);
             self.command = self.setpoint;
             self.quiet_ticks = 0;
         }
@@ -395,20 +390,30 @@ impl<'m> Controller<'m> {
     fn advance_command(&mut self) {
         let next = match &mut self.motion {
             Motion::Hold => None,
-            Motion::Move(plan) => plan.step(),
-            Motion::Sweep(plan) => plan.step(),
+            Motion::Planned(plan) => plan.step(),
             Motion::Stop(plan) => plan.step(),
         };
-        self.previous = self.command;
+        let [_, before, now] = self.recent;
         match next {
             Some(position) => {
-                self.command = position;
+                self.command = position.rounded();
                 self.quiet_ticks = 0;
+                self.recent = [before, now, position];
             }
             None => {
-                self.motion = Motion::Hold;
+                if !matches!(self.motion, Motion::Hold) {
+                    self.change_motion(Motion::Hold);
+                }
+                // Where a stop ended need not be a whole nanometre; the next motion begins at one.
+                self.recent = [self.command.into(); 3];
                 self.quiet_ticks = self.quiet_ticks.saturating_add(1);
             }
+        }
+    }
+
+    fn change_motion(&mut self, next: Motion<'m>) {
+        if let Motion::Planned(plan) = core::mem::replace(&mut self.motion, next) {
+            self.give_back(plan.into_memory());
         }
     }
 
@@ -417,10 +422,9 @@ impl<'m> Controller<'m> {
     }
 
     fn activity(&self) -> Activity {
-        match self.motion {
+        match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,
-            Motion::Move(_) => Activity::Moving,
-            Motion::Sweep(_) => Activity::Sweeping,
+            Motion::Planned(plan) => plan.activity(),
             Motion::Stop(_) => Activity::Stopping,
             Motion::Hold if self.shaping.is_settled(self.quiet_ticks) => Activity::Rest,
             Motion::Hold => Activity::Settling,

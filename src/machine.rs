@@ -77,7 +77,7 @@ impl<'m> Machine<'m> {
         };
         let identity_table = ShaperTable::identity(settings.tick_rate());
         let cascade = Cascade::identity(live);
-        let controller = Controller::new(links, cascade, settings.setup(settings.tick_rate()));
+        let controller = Controller::new(links, cascade, settings.setup(settings.tick_rate(), 1.0));
         let links = console::Links {
             requests: request_sender,
             retired: retired_receiver,

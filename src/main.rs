@@ -94,6 +94,18 @@ mod image {
                 Either::First(Ok(count)) => {
                     for byte in received.iter().take(count) {
                         console.feed(*byte, &mut text);
+                        // Samples and the watchdog do not wait for what takes long.
+                        while console.work(&mut text) {
+                            serial::send(&mut transmit, text.as_bytes()).await;
+                            text.clear();
+                            tick_timer::console_made_round();
+                            while let Some(sample) = samples.dequeue() {
+                                let _fits = write!(text, "{sample}\r\n");
+                                serial::send(&mut transmit, text.as_bytes()).await;
+                                text.clear();
+                            }
+                            yield_now().await;
+                        }
                         while console.has_waiting_request() {
                             yield_now().await;
                         }

@@ -113,12 +113,27 @@ pub enum Activity {
     Settling = 4,
     /// A fault holds the setpoint.
     Fault = 5,
+    /// A multisine changes the command.
+    Multisine = 6,
+    /// A pulse changes the command.
+    Pulsing = 7,
+    /// A short move, and the hold after it in which the machine decays freely.
+    Decaying = 8,
 }
 
 impl Activity {
     /// Every activity.
-    pub const ALL: [Self; 6] =
-        [Self::Rest, Self::Moving, Self::Sweeping, Self::Stopping, Self::Settling, Self::Fault];
+    pub const ALL: [Self; 9] = [
+        Self::Rest,
+        Self::Moving,
+        Self::Sweeping,
+        Self::Stopping,
+        Self::Settling,
+        Self::Fault,
+        Self::Multisine,
+        Self::Pulsing,
+        Self::Decaying,
+    ];
 
     /// The word that `status` prints.
     pub fn name(self) -> &'static str {
@@ -129,6 +144,9 @@ impl Activity {
             Self::Stopping => "stopping",
             Self::Settling => "settling",
             Self::Fault => "fault",
+            Self::Multisine => "multisine",
+            Self::Pulsing => "pulsing",
+            Self::Decaying => "decaying",
         }
     }
 }

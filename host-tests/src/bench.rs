@@ -92,6 +92,7 @@ impl Bench {
         for byte in bytes {
             let mut reply = LimitedReply::default();
             self.console.feed(*byte, &mut reply);
+            while self.console.work(&mut reply) {}
             while self.console.has_waiting_request() {
                 self.tick();
             }

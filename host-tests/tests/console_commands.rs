@@ -38,7 +38,18 @@ fn a_refused_line_changes_nothing_and_says_why() {
         ("sweep linear 0.1 8 80", "err syntax sweep: usage: sweep linear|exponential"),
         ("sweep round 0.1 8 80 1", "err syntax sweep: usage: sweep linear|exponential"),
         ("sweep linear 0 8 80 1", "err range sweep: FROM_HZ 0 is outside "),
-        ("sweep linear 0.1 80 80 1", "err range sweep: needs 502.7 mm/s, the limit is 500 mm/s"),
+        (
+            "sweep linear 0.1 80 80 1",
+            "err range sweep: needs 502.7 mm/s, the limit is 500 mm/s; ask for less or ",
+        ),
+        ("sweep linear 0.1 8 80 1kg", "err syntax sweep: usage: sweep linear|exponential"),
+        ("sweep linear 0.1 8 80 1 1", "err syntax sweep: usage: sweep linear|exponential"),
+        ("multisine 1 8 2 1.5 0.1", "err syntax multisine: usage: multisine FROM_HZ"),
+        ("multisine 1 8 200 1 0.1", "err memory multisine: the table needs "),
+        ("pulse", "err syntax pulse: usage: pulse DISTANCE_MM [SECONDS]"),
+        ("pulse 251", "err range pulse: position 251 mm is outside the travel -250..250 mm"),
+        ("decay 1", "err syntax decay: usage: decay DISTANCE_MM SECONDS"),
+        ("decay 1 0", "err range decay: SECONDS 0 is outside "),
         ("shaper maybe", "err syntax shaper: usage: shaper on|off"),
         ("stream on 0", "err range stream.decimation: 0 is outside "),
         ("info please", "err syntax info: usage: info"),
@@ -149,6 +160,105 @@ fn motions_and_tables_wait_for_their_turn() {
     bench.accept("stop");
     bench.run_to_rest();
     bench.accept("shaper on");
+}
+
+/// Every motion is named while it lasts, takes as long as announced, ends exactly where it should, and can be stopped.
+#[test]
+fn every_motion_is_named_lasts_as_announced_and_ends_exactly() {
+    let mut bench = Bench::new();
+    for line in
+        ["set base.moving_mass_kg 2", "set mode1.frequency_hz 20", "set mode1.type zvd", "apply", "move 10"]
+    {
+        bench.accept(line);
+    }
+    bench.run_to_rest();
+    for profile in ["trapezoid", "s_curve", "minimum_jerk"] {
+        bench.accept(&format!("set move.profile {profile}"));
+        bench.accept("apply");
+        bench.run_to_rest();
+        for (line, state, end_nm) in [
+            ("move 12.5", "moving", 12_500_000),
+            ("move -3", "moving", -3_000_000),
+            ("sweep linear 2 10 2 0.1", "sweeping", 10_000_000),
+            ("sweep exponential 2 8 60oct/min 0.1mm", "sweeping", 10_000_000),
+            ("sweep linear 10 2 4Hz/s 100mm/s2", "sweeping", 10_000_000),
+            ("sweep exponential 10 2 2s 0.2N", "sweeping", 10_000_000),
+            ("multisine 1 10 1 2 0.1", "multisine", 10_000_000),
+            ("multisine 1 10 1 2 0.1 42", "multisine", 10_000_000),
+            ("pulse -3", "pulsing", 10_000_000),
+            ("pulse 3 0.5", "pulsing", 10_000_000),
+            ("decay 1 0.5", "decaying", 11_000_000),
+            ("decay -1 0.5", "decaying", 9_000_000),
+        ] {
+            bench.clear_log();
+            let announced = bench.accept(line);
+            let settled: usize =
+                announced.rsplit('=').next().and_then(|ticks| ticks.parse().ok()).expect("settled_ticks=N");
+            assert_eq!(bench.send("status")[0], format!("state {state}"), "{line}");
+            let setpoints_nm = bench.run_to_rest();
+            assert_eq!(setpoints_nm.len(), settled, "{announced}");
+            assert_eq!(setpoints_nm.last().copied(), Some(end_nm), "{line}");
+
+            bench.accept(line);
+            for _ in 0..700 {
+                bench.tick();
+            }
+            bench.accept("stop");
+            bench.run_to_rest();
+            bench.accept("move 10");
+            bench.run_to_rest();
+        }
+    }
+}
+
+/// A multisine borrows the memory of the next table: a table has to wait for it, and gets it back, stopped or not.
+#[test]
+fn a_multisine_gives_its_memory_back() {
+    let mut bench = Bench::new();
+    for line in ["set mode1.frequency_hz 2", "set mode1.type zvd", "apply"] {
+        bench.accept(line);
+        bench.run_to_rest();
+    }
+    for stopped in [true, false, true, false] {
+        bench.accept("multisine 1 8 2 1 0.1");
+        assert!(bench.refuse("shaper off").starts_with("err busy shaper: not at rest but multisine"));
+        if stopped {
+            bench.tick();
+            bench.accept("stop");
+        }
+        bench.run_to_rest();
+        bench.accept("shaper off");
+        bench.run_to_rest();
+        bench.accept("shaper on");
+        bench.run_to_rest();
+    }
+    let error = bench.refuse("multisine 0.5 100 60 1 0.001");
+    assert!(
+        error.starts_with("err memory multisine: the table needs 120000 knots, there is room for "),
+        "{error}"
+    );
+    bench.accept("multisine 1 8 2 1 0.1");
+}
+
+#[test]
+fn a_motion_that_needs_what_is_not_set_says_what() {
+    let mut bench = Bench::new();
+    assert_eq!(
+        bench.refuse("sweep linear 1 8 10 2N"),
+        "err range sweep: a force needs the mass it moves; set base.moving_mass_kg and apply"
+    );
+    assert_eq!(
+        bench.refuse("sweep linear 1 8 2oct/min 1"),
+        "err range sweep: a sweep that is linear has its pace in Hz/s, or give seconds"
+    );
+    assert_eq!(
+        bench.refuse("set move.profile round"),
+        "err syntax move.profile: not one of trapezoid s_curve minimum_jerk"
+    );
+    assert_eq!(
+        bench.refuse("set move.jerk_mm_s3 0"),
+        "err range move.jerk_mm_s3: 0 is outside 100..1000000000 mm/s3"
+    );
 }
 
 #[test]

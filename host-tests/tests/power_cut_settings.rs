@@ -31,6 +31,11 @@ fn value_of(key: Key) -> BoxedStrategy<Value> {
             shaper.prop_map(Value::Shaper).boxed()
         }
         Key::StreamDecimation => (1..=1_000_000_u32).prop_map(|n| Value::Number(f64::from(n))).boxed(),
+        key if key.words().is_some() => {
+            let count = key.words().map_or(0, <[_]>::len) as u8;
+            let word = move |place| record::decode(key, &[record::FORMAT, place]).expect("a word");
+            (0..count).prop_map(word).boxed()
+        }
         key => {
             let (low, high) = key.range();
             (low..=high).prop_map(Value::Number).boxed()
@@ -307,6 +312,9 @@ fn the_format_in_the_flash_is_the_published_one() {
         ("travel.max_mm", 5),
         ("stream.decimation", 6),
         ("analog.full_scale_mm", 7),
+        ("move.profile", 8),
+        ("move.jerk_mm_s3", 9),
+        ("base.moving_mass_kg", 10),
         ("mode1.frequency_hz", 16),
         ("mode1.damping_ratio", 17),
         ("mode1.type", 18),

@@ -5,6 +5,7 @@ use core::fmt;
 use super::line::{LineFault, MAX_LINE};
 use crate::fault::Fault;
 use crate::motion::MotionError;
+use crate::motion::spec::NotAMotion;
 use crate::settings::{Key, Refusal, StoreError};
 use crate::shaper::ModeError;
 use crate::telemetry::Activity;
@@ -54,6 +55,13 @@ pub enum CommandError<'l> {
         /// The command.
         command: &'static str,
         /// Why.
+        error: MotionError,
+    },
+    /// The motion's table does not fit into the memory.
+    MotionMemory {
+        /// The command.
+        command: &'static str,
+        /// With both numbers.
         error: MotionError,
     },
     /// The command has to wait.
@@ -167,6 +175,7 @@ impl fmt::Display for CommandError<'_> {
                 tick_rate.hz()
             ),
             Self::Motion { command, error } => write!(f, "range {command}: {error}"),
+            Self::MotionMemory { command, error } => write!(f, "memory {command}: {error}"),
             Self::Busy { command, reason } => write!(f, "busy {command}: {reason}"),
             Self::Fault { command, reason } => write!(f, "fault {command}: {reason}"),
             Self::PulseRate { limit_mm_s, most_mm_s } => write!(
@@ -180,3 +189,9 @@ impl fmt::Display for CommandError<'_> {
 }
 
 impl core::error::Error for CommandError<'_> {}
+
+impl From<NotAMotion> for CommandError<'_> {
+    fn from(NotAMotion { command, usage }: NotAMotion) -> Self {
+        Self::Usage { command, usage }
+    }
+}

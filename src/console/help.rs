@@ -7,7 +7,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 21] = [
+static COMMANDS: [(&str, &str); 24] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -18,8 +18,17 @@ static COMMANDS: [(&str, &str); 21] = [
     ("defaults", "stages the defaults"),
     ("save", "stores what runs, so that it survives a reset; at rest only"),
     ("shaper on|off", "shapes or passes the command through"),
-    ("move POSITION_MM", "moves to an absolute position"),
-    ("sweep linear|exponential FROM_HZ TO_HZ SECONDS AMPLITUDE_MM", "sine sweep around here"),
+    ("move POSITION_MM", "to an absolute position, with move.profile"),
+    (
+        "sweep linear|exponential FROM_HZ TO_HZ SECONDS|RATE AMPLITUDE",
+        "sine around here; RATE as 0.1Hz/s (linear) or 2oct/min (exponential), AMPLITUDE as 1 (mm), 500mm/s2 or 2N",
+    ),
+    (
+        "multisine FROM_HZ TO_HZ PERIOD_S PERIODS AMPLITUDE_MM [schroeder|SEED]",
+        "all multiples of 1/PERIOD_S in the band at once",
+    ),
+    ("pulse DISTANCE_MM [SECONDS]", "there and back, as quick as the limits permit"),
+    ("decay DISTANCE_MM SECONDS", "a short move, then holds; 'shaper off' first, or nothing rings"),
     ("stop", "brings the command to rest"),
     ("emergency", "holds the setpoint and disables the drive at once"),
     ("clear", "goes on after a fault, once its cause is gone"),

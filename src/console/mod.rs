@@ -14,6 +14,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
 use crate::fault::{Event, EventLog, Fault};
+use crate::motion::MultisineDrawing;
 use crate::restart::Restart;
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::ShaperTable;
@@ -71,6 +72,8 @@ pub struct Console<'m> {
     stored: Stored,
     store_fault: Option<StoreError>,
     effect: Option<Effect>,
+    /// A multisine that is being drawn; its reply is still to come.
+    drawing: Option<MultisineDrawing<'m>>,
     shaper_on: bool,
     table: ShaperTable,
     spare_history: Option<&'m mut [i32]>,
@@ -100,6 +103,7 @@ impl<'m> Console<'m> {
             stored: Stored::default(),
             store_fault: None,
             effect: None,
+            drawing: None,
             shaper_on: true,
             table,
             history_samples: spare_history.len(),
@@ -198,6 +202,8 @@ impl<'m> Console<'m> {
 
     /// Takes one byte from the serial port. Echo and replies, at most [`MAX_REPLY`] bytes, go to `out`.
     pub fn feed(&mut self, byte: u8, out: &mut dyn Write) {
+        // Nobody should, but lines are answered in their order.
+        while self.work(out) {}
         let Some(line) = self.editor.feed(byte, out) else { return };
         match &line {
             Ok(line) if line.trim().is_empty() => {}
@@ -210,9 +216,23 @@ impl<'m> Console<'m> {
                 let _best_effort = write!(out, "{}\r\n", CommandError::Line(*fault));
             }
         }
-        if self.effect.is_none() {
+        if self.effect.is_none() && self.drawing.is_none() {
             self.prompt(out);
         }
+    }
+
+    /// Goes on with what takes long, for a few milliseconds on the board, and ends the reply with it. Whoever feeds bytes
+    /// calls this after each for as long as it says that there is more, and does in between whatever must not wait.
+    pub fn work(&mut self, out: &mut dyn Write) -> bool {
+        let Some(drawing) = &mut self.drawing else { return false };
+        if drawing.draw_line() {
+            return true;
+        }
+        if let Err(error) = self.finish_drawing(out) {
+            let _best_effort = write!(out, "{error}\r\n");
+        }
+        self.prompt(out);
+        false
     }
 
     /// Whether the interrupt has still to take what the last line asked for. Who sends the reply waits until it has,

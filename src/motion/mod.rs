@@ -1,18 +1,43 @@
-//! Commands as functions of the tick: moves, sweeps and the controlled stop.
+//! Commands as functions of the tick: moves, excitations and the controlled stop.
 //!
-//! A *plan* is computed and checked outside the interrupt, with floating point and divisions; a plan then
-//! yields one position per tick with integer arithmetic only.
+//! What a person asks for is a *spec*. A *plan* is computed from it and checked outside the interrupt, with floating point and divisions; a plan
+//! then yields one position per tick, in integers.
 
+mod boxes;
+pub mod context;
+pub mod decay;
+pub mod fine;
+pub mod limits;
 pub mod r#move;
+pub mod multisine;
+pub mod multisine_spec;
+pub mod plan;
+pub mod profile;
+pub mod pulse;
+mod quintic;
 pub mod sine;
+pub mod spec;
 pub mod stop;
 pub mod sweep;
+pub mod sweep_spec;
+mod taper;
 
 use core::fmt;
 
-pub use r#move::{MoveLimits, MovePlan};
+pub use context::MotionContext;
+pub use decay::{DecayPlan, DecaySpec};
+pub use fine::FinePosition;
+pub use limits::MoveLimits;
+pub use r#move::MovePlan;
+pub use multisine::{MultisineDrawing, MultisinePlan};
+pub use multisine_spec::{MultisineSpec, Phases};
+pub use plan::MotionPlan;
+pub use profile::Profile;
+pub use pulse::{PulsePlan, PulseSpec};
+pub use spec::MotionSpec;
 pub use stop::StopPlan;
-pub use sweep::{SweepKind, SweepPlan, SweepSpec};
+pub use sweep::SweepPlan;
+pub use sweep_spec::{Amplitude, SweepKind, SweepPace, SweepSpec};
 
 use crate::units::MAX_TRAVEL_MM;
 
@@ -40,6 +65,13 @@ pub enum MotionError {
         /// What is permitted, in mm/s².
         limit_mm_s2: f64,
     },
+    /// The motion needs more jerk than the limit.
+    Jerk {
+        /// What it needs, in mm/s³.
+        needed_mm_s3: f64,
+        /// What is permitted, in mm/s³.
+        limit_mm_s3: f64,
+    },
     /// A parameter of the motion is outside its range.
     Parameter {
         /// Its name, with its unit.
@@ -48,6 +80,27 @@ pub enum MotionError {
         value: f64,
         /// The permitted values.
         range: (f64, f64),
+    },
+    /// A force was asked for, and the setting of the mass that it moves is zero.
+    NoMass,
+    /// A linear sweep has its pace in Hz/s, an exponential one in octaves per minute.
+    PaceOfOtherKind {
+        /// The kind of sweep.
+        kind: &'static str,
+        /// What its pace is in.
+        unit: &'static str,
+    },
+    /// No multiple of one over the multisine's period lies between its frequencies.
+    NoLine {
+        /// The period, in seconds.
+        period_s: f64,
+    },
+    /// The multisine's table does not fit into the memory.
+    Memory {
+        /// Samples needed.
+        needed: usize,
+        /// Samples there are.
+        available: usize,
     },
     /// The motion would take more ticks than can be counted.
     TooLong {
@@ -65,17 +118,52 @@ impl fmt::Display for MotionError {
                 range_mm.0, range_mm.1
             ),
             Self::Velocity { needed_mm_s, limit_mm_s } => {
-                write!(f, "needs {needed_mm_s:.1} mm/s, the limit is {limit_mm_s} mm/s")
+                write!(
+                    f,
+                    "needs {needed_mm_s:.1} mm/s, the limit is {limit_mm_s} mm/s; ask for less or raise move.velocity_mm_s"
+                )
             }
             Self::Acceleration { needed_mm_s2, limit_mm_s2 } => {
-                write!(f, "needs {needed_mm_s2:.1} mm/s2, the limit is {limit_mm_s2} mm/s2")
+                write!(
+                    f,
+                    "needs {needed_mm_s2:.1} mm/s2, the limit is {limit_mm_s2} mm/s2; \
+                     ask for less or raise move.acceleration_mm_s2"
+                )
+            }
+            Self::Jerk { needed_mm_s3, limit_mm_s3 } => {
+                write!(
+                    f,
+                    "needs {needed_mm_s3:.0} mm/s3, the limit is {limit_mm_s3} mm/s3; \
+                     ask for less or raise move.jerk_mm_s3"
+                )
             }
             Self::Parameter { name, value, range } => {
                 write!(f, "{name} {value} is outside {}..{}", range.0, range.1)
             }
+            Self::NoMass => f.write_str("a force needs the mass it moves; set base.moving_mass_kg and apply"),
+            Self::PaceOfOtherKind { kind, unit } => {
+                write!(f, "a sweep that is {kind} has its pace in {unit}, or give seconds")
+            }
+            Self::NoLine { period_s } => {
+                write!(f, "no multiple of 1/{period_s:.4} Hz lies in the band; widen it or lengthen PERIOD_S")
+            }
+            Self::Memory { needed, available } => write!(
+                f,
+                "the table needs {needed} knots, there is room for {available}; shorten PERIOD_S or lower TO_HZ"
+            ),
             Self::TooLong { seconds } => write!(f, "would take {seconds:.0} s; slow moves must be split"),
         }
     }
 }
 
 impl core::error::Error for MotionError {}
+
+/// `value` where it is in the range, and the parameter's name where it is not.
+fn within(name: &'static str, value: f64, range: (f64, f64)) -> Result<f64, MotionError> {
+    // A comparison that is false for NaN refuses it too.
+    if value >= range.0 && value <= range.1 {
+        Ok(value)
+    } else {
+        Err(MotionError::Parameter { name, value, range })
+    }
+}

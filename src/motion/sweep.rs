@@ -3,82 +3,26 @@
 //! The phase is a 64-bit fraction of a turn and advances every tick by the instantaneous frequency, which
 //! itself advances by a constant (linear sweep, eq. 33) or by a constant fraction of itself (exponential sweep,
 //! eq. 34). The frequency thus *is* the derivative of the phase; the usual mistake, sin(2π f(t) t), sweeps at the
-//! wrong rate. The amplitude rises and falls over half a raised cosine at both ends, so that the sweep starts and
-//! ends at rest, where it started.
+//! wrong rate. The amplitude rises and falls smoothly at both ends, so that the sweep starts and ends at rest, where it started.
+//!
+//! A constant acceleration needs a position amplitude with 1/f². From tick to tick it changes by (f(n)/f(n+1))², a factor that is
+//! constant in an exponential sweep; in a linear one the interrupt needs 1/f, for which micromath gives a first guess
+//! (off by up to 12.5 %) and three of Newton's steps the rest, off by 10⁻⁷: no division. The error goes into the
+//! *change* of the amplitude only.
 
 use micromath::F32Ext;
 
+use super::fine::{FinePosition, fine_units, upper_product};
 use super::sine::sine;
-use super::{MotionError, MoveLimits};
-use crate::units::{Nanometres, TickRate};
+use super::sweep_spec::{CheckedSweep, SweepKind, SweepSpec};
+use super::taper::Taper;
+use super::{MotionContext, MotionError};
+use crate::units::Nanometres;
 
-/// How the frequency goes from the first to the last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SweepKind {
-    /// By equal steps: eq. (33).
-    Linear,
-    /// By equal ratios: eq. (34).
-    Exponential,
-}
-
-/// What to sweep.
+/// How a quantity changes from tick to tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SweepSpec {
-    /// How the frequency changes.
-    pub kind: SweepKind,
-    /// First frequency in hertz. A sweep down starts above the last.
-    pub from_hz: f64,
-    /// Last frequency in hertz.
-    pub to_hz: f64,
-    /// How long it takes, in seconds.
-    pub duration_s: f64,
-    /// Amplitude of the position in millimetres.
-    pub amplitude_mm: f64,
-}
-
-impl SweepSpec {
-    /// The longest sweep in seconds.
-    pub const MAX_DURATION_S: f64 = 3600.0;
-
-    /// How long the amplitude rises at the start and falls at the end, in seconds: one tenth of the
-    /// sweep, at most half a second.
-    pub fn taper_s(&self) -> f64 {
-        (self.duration_s * 0.1).min(0.5)
-    }
-
-    fn check(&self, centre: Nanometres, limits: &MoveLimits, rate: TickRate) -> Result<(), MotionError> {
-        let parameter = |name, value: f64, range: (f64, f64)| {
-            if value >= range.0 && value <= range.1 {
-                Ok(())
-            } else {
-                Err(MotionError::Parameter { name, value, range })
-            }
-        };
-        let frequencies_hz = (0.01, rate.hz() / 8.0);
-        parameter("FROM_HZ", self.from_hz, frequencies_hz)?;
-        parameter("TO_HZ", self.to_hz, frequencies_hz)?;
-        parameter("SECONDS", self.duration_s, (0.1, Self::MAX_DURATION_S))?;
-        parameter("AMPLITUDE_MM", self.amplitude_mm, (1.0e-5, 100.0))?;
-        limits.check_position(centre.to_mm() - self.amplitude_mm)?;
-        limits.check_position(centre.to_mm() + self.amplitude_mm)?;
-        let omega = core::f64::consts::TAU * self.from_hz.max(self.to_hz);
-        let needed_mm_s = self.amplitude_mm * omega;
-        if needed_mm_s > limits.velocity_mm_s {
-            return Err(MotionError::Velocity { needed_mm_s, limit_mm_s: limits.velocity_mm_s });
-        }
-        let needed_mm_s2 = needed_mm_s * omega;
-        if needed_mm_s2 > limits.acceleration_mm_s2 {
-            let limit_mm_s2 = limits.acceleration_mm_s2;
-            return Err(MotionError::Acceleration { needed_mm_s2, limit_mm_s2 });
-        }
-        Ok(())
-    }
-}
-
-/// How the phase step changes from tick to tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Advance {
-    /// Adds this, in 2⁻⁶⁴ turns per tick².
+    /// Adds this.
     By(i64),
     /// Adds this fraction of itself, in 2⁻⁶⁴.
     Up(u64),
@@ -86,16 +30,34 @@ enum Advance {
     Down(u64),
 }
 
+/// How the amplitude follows the frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum AmplitudeLaw {
+    /// Not at all, or by a constant fraction.
+    Steady(Advance),
+    /// As 1/f², while the frequency, in 2⁻³² turns per tick, changes by this per tick.
+    InverseSquare {
+        /// The change, with its sign.
+        change: f32,
+        /// 2 to the power of the next.
+        scale: f32,
+        /// The fraction's fractional bits, so many that its largest value uses its 32 bits.
+        bits: u32,
+    },
+}
+
 /// A sweep in progress.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepPlan {
     centre: Nanometres,
-    amplitude_nm: f32,
     ticks_left: u32,
     elapsed: u32,
-    taper_ticks: u32,
-    /// π / taper in rad per tick.
-    taper_rad: f32,
+    taper: Taper,
+    /// In fine units.
+    amplitude: u64,
+    law: AmplitudeLaw,
+    /// What leaves the largest amplitude 31 bits.
+    shift: u32,
     /// In 2⁻⁶⁴ turns.
     phase: u64,
     /// In 2⁻⁶⁴ turns per tick.
@@ -104,36 +66,40 @@ pub struct SweepPlan {
 }
 
 impl SweepPlan {
-    /// Plans a sweep around `centre`.
+    /// Plans a sweep around where the command is.
     ///
     /// # Errors
-    /// [`MotionError`] names the parameter outside its range, or the travel, velocity or acceleration
-    /// limit that the sweep would break.
-    pub fn new(
-        spec: &SweepSpec,
-        centre: Nanometres,
-        limits: &MoveLimits,
-        rate: TickRate,
-    ) -> Result<Self, MotionError> {
-        spec.check(centre, limits, rate)?;
-        let ticks = libm::round(spec.duration_s * rate.hz());
-        let step_of = |hz: f64| libm::scalbn(hz * rate.period_s(), 64);
-        let advance = match spec.kind {
-            SweepKind::Linear => Advance::By(((step_of(spec.to_hz) - step_of(spec.from_hz)) / ticks) as i64),
-            SweepKind::Exponential => {
-                let ratio = libm::expm1(libm::log(spec.to_hz / spec.from_hz) / ticks);
-                let fraction = libm::scalbn(libm::fabs(ratio), 64) as u64;
-                if ratio < 0.0 { Advance::Down(fraction) } else { Advance::Up(fraction) }
+    /// [`MotionError`] names the parameter outside its range, or the limit of travel, velocity, acceleration or jerk
+    /// that the sweep would break.
+    pub fn new(spec: &SweepSpec, context: &MotionContext) -> Result<Self, MotionError> {
+        let CheckedSweep { ticks, taper, first_mm, largest_mm, falls_with_square } = spec.check(context)?;
+        let step_of = |hz: f64| libm::scalbn(hz * context.rate.period_s(), 64);
+        let count = f64::from(ticks);
+        let growth = libm::log(spec.to_hz / spec.from_hz) / count;
+        let change = (step_of(spec.to_hz) - step_of(spec.from_hz)) / count;
+        let (advance, law) = match (spec.kind, falls_with_square) {
+            (SweepKind::Linear, false) => (Advance::By(change as i64), AmplitudeLaw::Steady(Advance::By(0))),
+            (SweepKind::Linear, true) => {
+                let lowest = step_of(spec.from_hz.min(spec.to_hz));
+                (Advance::By(change as i64), AmplitudeLaw::inverse_square(change, lowest))
+            }
+            (SweepKind::Exponential, false) => {
+                (Advance::by_ratio(growth), AmplitudeLaw::Steady(Advance::By(0)))
+            }
+            (SweepKind::Exponential, true) => {
+                (Advance::by_ratio(growth), AmplitudeLaw::Steady(Advance::by_ratio(-2.0 * growth)))
             }
         };
-        let taper_ticks = libm::round(spec.taper_s() * rate.hz()).max(1.0);
+        let largest = fine_units(largest_mm) as u64;
         Ok(Self {
-            centre,
-            amplitude_nm: (spec.amplitude_mm * 1.0e6) as f32,
-            ticks_left: ticks as u32,
+            centre: context.start,
+            ticks_left: ticks,
             elapsed: 0,
-            taper_ticks: taper_ticks as u32,
-            taper_rad: (core::f64::consts::PI / taper_ticks) as f32,
+            taper,
+            amplitude: fine_units(first_mm) as u64,
+            law,
+            // One bit more, for what rounding may add to the largest.
+            shift: 34_u32.saturating_sub(largest.leading_zeros()),
             phase: 0,
             phase_step: step_of(spec.from_hz) as u64,
             advance,
@@ -147,35 +113,73 @@ impl SweepPlan {
 
     /// The position of the next tick; `None` after the last one, which is the centre again.
     #[inline]
-    pub fn step(&mut self) -> Option<Nanometres> {
+    pub fn step(&mut self) -> Option<FinePosition> {
         self.ticks_left = self.ticks_left.checked_sub(1)?;
         self.elapsed += 1;
-        self.phase = self.phase.wrapping_add(self.phase_step);
-        self.phase_step = match self.advance {
-            Advance::By(step) => self.phase_step.wrapping_add_signed(step),
-            Advance::Up(fraction) => self.phase_step.wrapping_add(upper_product(self.phase_step, fraction)),
-            Advance::Down(fraction) => self.phase_step.wrapping_sub(upper_product(self.phase_step, fraction)),
-        };
-        let from_end = self.elapsed.min(self.ticks_left);
-        let offset_nm = self.amplitude_nm * self.taper(from_end) * sine((self.phase >> 32) as u32);
-        // Rounded half away from zero; the cast truncates and saturates.
-        let rounded_nm = (offset_nm + 0.5_f32.copysign(offset_nm)) as i32;
-        Some(Nanometres(self.centre.0.wrapping_add(rounded_nm)))
-    }
-
-    /// The raised cosine (1 − cos(π n / N)) / 2 by micromath: its error of 10⁻³ bends the taper by as much,
-    /// which nothing depends on, and it is exact at both ends.
-    #[inline]
-    fn taper(&self, ticks_from_end: u32) -> f32 {
-        if ticks_from_end >= self.taper_ticks {
-            return 1.0;
+        let centre = FinePosition::from(self.centre);
+        if self.ticks_left == 0 {
+            return Some(centre);
         }
-        0.5 - 0.5 * F32Ext::cos(ticks_from_end as f32 * self.taper_rad)
+        self.phase = self.phase.wrapping_add(self.phase_step);
+        self.phase_step = self.advance.apply(self.phase_step);
+        self.amplitude = match self.law {
+            AmplitudeLaw::Steady(advance) => advance.apply(self.amplitude),
+            AmplitudeLaw::InverseSquare { change, scale, bits } => {
+                let fraction = square_ratio(self.phase_step, change, scale, bits);
+                let part = upper_product(self.amplitude, fraction);
+                if change > 0.0 { self.amplitude - part } else { self.amplitude + part }
+            }
+        };
+        let faded = self.taper.fade(self.amplitude, self.elapsed.min(self.ticks_left));
+        let offset =
+            ((faded >> self.shift) as i64 * i64::from(sine((self.phase >> 32) as u32))) >> (30 - self.shift);
+        Some(centre + FinePosition(offset))
     }
 }
 
-/// ⌊a b / 2⁶⁴⌋.
+impl Advance {
+    /// By the exponential of this, per tick.
+    fn by_ratio(growth: f64) -> Self {
+        let ratio = libm::expm1(growth);
+        let fraction = libm::scalbn(libm::fabs(ratio), 64) as u64;
+        if ratio < 0.0 { Self::Down(fraction) } else { Self::Up(fraction) }
+    }
+
+    #[inline]
+    fn apply(self, value: u64) -> u64 {
+        match self {
+            Self::By(step) => value.wrapping_add_signed(step),
+            Self::Up(fraction) => value.wrapping_add(upper_product(value, fraction)),
+            Self::Down(fraction) => value.wrapping_sub(upper_product(value, fraction)),
+        }
+    }
+}
+
+impl AmplitudeLaw {
+    /// For a frequency that changes by `change` per tick and is never below `lowest`, both in 2⁻⁶⁴ turns per tick.
+    fn inverse_square(change: f64, lowest: f64) -> Self {
+        // The fraction is at most this, and a little for the change of the last tick.
+        let largest = 2.5 * libm::fabs(change) / lowest;
+        let bits = 32 - libm::ilogb(largest.max(f64::MIN_POSITIVE)).clamp(-31, 30) - 1;
+        Self::InverseSquare {
+            change: libm::scalbn(change, -32) as f32,
+            scale: libm::scalbn(1.0, bits) as f32,
+            bits: bits as u32,
+        }
+    }
+}
+
+/// |1 − (f(n)/f(n+1))²| = |d (2 − d)| with d = (f(n+1) − f(n))/f(n+1), Q64, from f(n+1) in 2⁻⁶⁴ turns per tick.
 #[inline]
-fn upper_product(a: u64, b: u64) -> u64 {
-    ((u128::from(a) * u128::from(b)) >> 64) as u64
+fn square_ratio(frequency: u64, change: f32, scale: f32, bits: u32) -> u64 {
+    let high = (frequency >> 32) as u32 as f32;
+    let low = frequency as u32 as f32;
+    let frequency = high + low * (1.0 / 4_294_967_296.0);
+    let mut inverse = F32Ext::inv(frequency);
+    for _ in 0..3 {
+        inverse *= 2.0 - frequency * inverse;
+    }
+    let d = change * inverse;
+    let fraction = (d * (2.0 - d)).abs() * scale;
+    u64::from(fraction as u32) << (64 - bits)
 }

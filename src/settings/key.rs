@@ -4,6 +4,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::{DriveKey, ModeSetting, Settings};
+use crate::motion::Profile;
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
 use crate::units::{MAX_TRAVEL_MM, TickRate};
 
@@ -26,6 +27,12 @@ pub enum Key {
     StreamDecimation,
     /// `analog.full_scale_mm`
     AnalogFullScale,
+    /// `move.profile`
+    Profile,
+    /// `move.jerk_mm_s3`
+    Jerk,
+    /// `base.moving_mass_kg`
+    MovingMass,
     /// Outputs, encoder, emergency input and what faults do.
     Drive(DriveKey),
 }
@@ -164,8 +171,11 @@ impl Key {
             .into_iter()
             .chain(modes)
             .chain([
+                Self::Profile,
                 Self::Velocity,
                 Self::Acceleration,
+                Self::Jerk,
+                Self::MovingMass,
                 Self::TravelMin,
                 Self::TravelMax,
                 Self::StreamDecimation,
@@ -178,9 +188,11 @@ impl Key {
     pub fn unit(self) -> &'static str {
         match self {
             Self::TickRate | Self::Mode(_, ModeKey::Frequency) => "Hz",
-            Self::Mode(_, ModeKey::DampingRatio | ModeKey::Type) => "",
+            Self::Mode(_, ModeKey::DampingRatio | ModeKey::Type) | Self::Profile => "",
             Self::Velocity => "mm/s",
             Self::Acceleration => "mm/s2",
+            Self::Jerk => "mm/s3",
+            Self::MovingMass => "kg",
             Self::TravelMin | Self::TravelMax | Self::AnalogFullScale => "mm",
             Self::StreamDecimation => "ticks",
             Self::Drive(key) => key.unit(),
@@ -194,8 +206,11 @@ impl Key {
             Self::Mode(_, ModeKey::Frequency) => "Undamped natural frequency of the mode.",
             Self::Mode(_, ModeKey::DampingRatio) => "Damping ratio of the mode.",
             Self::Mode(_, ModeKey::Type) => "Type of the mode's shaper.",
-            Self::Velocity => "Largest velocity of the command.",
-            Self::Acceleration => "Largest acceleration of the command; stops brake with it.",
+            Self::Profile => "Shape of moves; trapezoid does not limit jerk, nor do its stops.",
+            Self::Velocity => "Largest velocity of the setpoint.",
+            Self::Acceleration => "Largest acceleration of the setpoint; stops brake with it.",
+            Self::Jerk => "Largest jerk of the setpoint, but for trapezoid moves and stops.",
+            Self::MovingMass => "Mass that a sweep given in newtons accelerates; 0 for not known.",
             Self::TravelMin => "First permitted position.",
             Self::TravelMax => "Last permitted position.",
             Self::StreamDecimation => "Ticks per streamed sample when 'stream on' gives no number.",
@@ -210,9 +225,11 @@ impl Key {
             Self::TickRate => TickRate::RANGE_HZ,
             Self::Mode(_, ModeKey::Frequency) => (Mode::MIN_FREQUENCY_HZ, TickRate::RANGE_HZ.1 / 2.0),
             Self::Mode(_, ModeKey::DampingRatio) => (0.0, Mode::MAX_DAMPING_RATIO),
-            Self::Mode(_, ModeKey::Type) => (0.0, 0.0),
+            Self::Mode(_, ModeKey::Type) | Self::Profile => (0.0, 0.0),
             Self::Velocity => (0.01, 10_000.0),
             Self::Acceleration => (0.1, 200_000.0),
+            Self::Jerk => (100.0, 1.0e9),
+            Self::MovingMass => (0.0, 10_000.0),
             Self::TravelMin | Self::TravelMax => (-MAX_TRAVEL_MM, MAX_TRAVEL_MM),
             Self::StreamDecimation => (1.0, 1_000_000.0),
             Self::AnalogFullScale => (1.0, 1000.0),
@@ -225,6 +242,7 @@ impl Key {
     /// The accepted words; `None` where the value is something else.
     pub fn words(self) -> Option<&'static [&'static str]> {
         match self {
+            Self::Profile => Some(&Profile::NAMES),
             Self::Drive(key) => key.words(),
             _ => None,
         }
@@ -265,6 +283,9 @@ impl fmt::Display for Key {
             Self::TravelMax => "travel.max_mm",
             Self::StreamDecimation => "stream.decimation",
             Self::AnalogFullScale => "analog.full_scale_mm",
+            Self::Profile => "move.profile",
+            Self::Jerk => "move.jerk_mm_s3",
+            Self::MovingMass => "base.moving_mass_kg",
             Self::Drive(key) => key.name(),
         })
     }
@@ -309,6 +330,9 @@ impl Settings {
             Key::TravelMax => Value::Number(self.limits.travel_mm.1),
             Key::StreamDecimation => Value::Number(f64::from(self.stream_decimation)),
             Key::AnalogFullScale => Value::Number(self.drive.analog.full_scale_mm),
+            Key::Profile => Value::Word(Choice::new(&Profile::NAMES, self.profile as u8)),
+            Key::Jerk => Value::Number(self.limits.jerk_mm_s3),
+            Key::MovingMass => Value::Number(self.moving_mass_kg),
             Key::Drive(key) => self.drive.get(key),
         }
     }
@@ -339,6 +363,7 @@ impl Settings {
             }
             (Key::Mode(_, ModeKey::Type), Value::Number(_)) => return Err(Refusal::UnknownType),
             (Key::Drive(key), Value::Word(choice)) => self.drive.put_word(key, choice)?,
+            (Key::Profile, value) => self.profile = profile(value)?,
             (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
             (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
         }
@@ -354,6 +379,9 @@ impl Settings {
                 self.change_mode(index, |mode| mode.damping_ratio = number);
             }
             Key::Mode(_, ModeKey::Type) => return Err(Refusal::UnknownType),
+            Key::Profile => return Err(Refusal::NotAWord { words: &Profile::NAMES }),
+            Key::Jerk => self.limits.jerk_mm_s3 = number,
+            Key::MovingMass => self.moving_mass_kg = number,
             Key::TickRate => {
                 self.tick_rate = TickRate::from_hz(number).ok_or(Refusal::OutOfRange { number, key })?;
             }
@@ -402,6 +430,12 @@ fn parse_shaper(text: &str) -> Result<Option<ShaperType>, Refusal> {
         return Ok(None);
     }
     text.parse().map(Some).map_err(|_| Refusal::UnknownType)
+}
+
+fn profile(value: Value) -> Result<Profile, Refusal> {
+    let words = &Profile::NAMES;
+    let Value::Word(choice) = value else { return Err(Refusal::NotAWord { words }) };
+    Profile::ALL.get(usize::from(choice.place())).copied().ok_or(Refusal::NotAWord { words })
 }
 
 fn travel(min_mm: f64, max_mm: f64) -> Result<(f64, f64), Refusal> {

@@ -13,8 +13,8 @@ pub use store::{SettingsStore, StoreError, Stored};
 
 use crate::control::Setup;
 use crate::fault::TravelGuard;
-use crate::motion::MoveLimits;
 use crate::motion::stop::Braking;
+use crate::motion::{MoveLimits, Profile};
 use crate::shaper::{MAX_MODES, Mode, ModeError, ShaperType};
 use crate::units::{Nanometres, TickRate};
 
@@ -36,6 +36,8 @@ pub struct Settings {
     tick_rate: TickRate,
     modes: [ModeSetting; MAX_MODES],
     limits: MoveLimits,
+    profile: Profile,
+    moving_mass_kg: f64,
     stream_decimation: u32,
     drive: DriveSettings,
 }
@@ -47,9 +49,19 @@ impl Settings {
         self.tick_rate
     }
 
-    /// What a move may ask of the machine.
+    /// What a motion may ask of the machine, before a shaper of gain one.
     pub fn limits(&self) -> MoveLimits {
         self.limits
+    }
+
+    /// The shape of moves.
+    pub fn profile(&self) -> Profile {
+        self.profile
+    }
+
+    /// The mass that a force moves, in kg; zero where it is not known.
+    pub fn moving_mass_kg(&self) -> f64 {
+        self.moving_mass_kg
     }
 
     /// Ticks per streamed sample when `stream on` does not say.
@@ -62,11 +74,13 @@ impl Settings {
         &self.drive
     }
 
-    /// What the tick needs of all this at a tick rate that the board can run.
-    pub fn setup(&self, tick_rate: TickRate) -> Setup {
+    /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have this sum of
+    /// magnitudes.
+    pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
+        let limits = MoveLimits { shaper_gain, ..self.limits };
         let end = |mm| Nanometres::from_mm(mm).unwrap_or_default();
         Setup {
-            braking: self.braking(),
+            braking: Braking::new(&limits, self.profile, tick_rate),
             // The ends of the travel are within what positions can say.
             guard: TravelGuard::new(end(self.limits.travel_mm.0), end(self.limits.travel_mm.1)),
             reactions: self.drive.reactions(),
@@ -74,11 +88,6 @@ impl Settings {
             pulses: self.drive.pulses(tick_rate),
             encoder: self.drive.encoder(),
         }
-    }
-
-    /// How a controlled stop brakes.
-    pub fn braking(&self) -> Braking {
-        Braking::new(&self.limits, self.tick_rate)
     }
 
     /// The settings of the mode numbered from zero.
@@ -96,7 +105,7 @@ impl Settings {
 }
 
 impl Default for Settings {
-    /// No shaper, 4 kHz, ±250 mm of travel at 500 mm/s and 5 m/s².
+    /// No shaper, 4 kHz, ±250 mm of travel at 500 mm/s, 5 m/s² and 1000 m/s³, trapezoidal moves.
     fn default() -> Self {
         Self {
             tick_rate: TickRate::DEFAULT,
@@ -104,8 +113,12 @@ impl Default for Settings {
             limits: MoveLimits {
                 velocity_mm_s: 500.0,
                 acceleration_mm_s2: 5000.0,
+                jerk_mm_s3: 1.0e6,
                 travel_mm: (-250.0, 250.0),
+                shaper_gain: 1.0,
             },
+            profile: Profile::Trapezoid,
+            moving_mass_kg: 0.0,
             stream_decimation: 4,
             drive: DriveSettings::default(),
         }

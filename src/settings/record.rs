@@ -37,6 +37,9 @@ impl Key {
             Self::TravelMax => 5,
             Self::StreamDecimation => 6,
             Self::AnalogFullScale => 7,
+            Self::Profile => 8,
+            Self::Jerk => 9,
+            Self::MovingMass => 10,
             Self::Drive(key) => key.id(),
             Self::Mode(index, part) => {
                 let part = match part {

@@ -212,6 +212,15 @@ impl ShaperTable {
         Cascade::words(self)
     }
 
+    /// A bound of the sum of the magnitudes of the whole shaper's taps: the product of the stages' sums. It is one where no tap
+    /// is negative, and bounds how much larger than the command's the setpoint's derivatives can be.
+    pub fn absolute_gain(&self) -> f64 {
+        self.stages().fold(1.0, |gain, stage| {
+            let sum: u64 = stage.taps().iter().map(|tap| u64::from(tap.weight.unsigned_abs())).sum();
+            gain * (sum as f64 / f64::from(WEIGHT_ONE))
+        })
+    }
+
     /// The table as bytes, in 32-bit little-endian words: for each stage the number of taps, then each tap's delay
     /// in ticks and its Q30 weight. [`super::wire`] reads them.
     pub fn words(&self) -> impl Iterator<Item = [u8; 4]> + '_ {

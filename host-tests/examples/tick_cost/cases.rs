@@ -21,19 +21,67 @@ pub struct Case {
 pub enum Motion {
     /// Nothing.
     Rest,
-    /// A move at constant velocity.
+    /// A trapezoidal move at constant velocity.
     Move,
+    /// A move with limited jerk.
+    SCurve,
+    /// A move along the polynomial of least jerk.
+    MinimumJerk,
     /// A linear sweep.
     Sweep,
+    /// A linear sweep of constant acceleration, fading in.
+    AccelerationSweep,
+    /// A multisine, fading in.
+    Multisine,
+    /// A pulse.
+    Pulse,
 }
 
 impl Motion {
-    /// The state that `status` then reports.
-    pub fn state(self) -> &'static str {
+    /// What every table is measured with.
+    const COMMON: [Self; 3] = [Self::Rest, Self::Move, Self::Sweep];
+    /// What the shortest and the longest table are measured with too.
+    const OTHERS: [Self; 5] =
+        [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse];
+
+    /// What it is called in the results.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
             Self::Move => "moving",
+            Self::SCurve => "moving, s_curve",
+            Self::MinimumJerk => "moving, minimum_jerk",
             Self::Sweep => "sweeping",
+            Self::AccelerationSweep => "sweeping, constant acceleration",
+            Self::Multisine => "multisine",
+            Self::Pulse => "pulsing",
+        }
+    }
+
+    /// The state that `status` then reports.
+    pub fn state(self) -> &'static str {
+        let name = self.name();
+        name.split_once(',').map_or(name, |(state, _)| state)
+    }
+
+    /// The profile that moves have to have.
+    pub fn profile(self) -> &'static str {
+        match self {
+            Self::SCurve => "s_curve",
+            Self::MinimumJerk => "minimum_jerk",
+            _ => "trapezoid",
+        }
+    }
+
+    /// The command that starts it, within 1 mm/s; a move goes to the target.
+    pub fn command(self, target_mm: f64) -> Option<String> {
+        match self {
+            Self::Rest => None,
+            Self::Move | Self::SCurve | Self::MinimumJerk => Some(format!("move {target_mm}")),
+            Self::Sweep => Some("sweep linear 1 2 200 0.05".to_owned()),
+            Self::AccelerationSweep => Some("sweep linear 1 2 200 2mm/s2".to_owned()),
+            Self::Multisine => Some("multisine 1 8 2 50 0.005".to_owned()),
+            Self::Pulse => Some("pulse 10".to_owned()),
         }
     }
 }
@@ -45,10 +93,13 @@ impl Case {
         let mut cases = Vec::new();
         for (modes, shaper) in tables {
             for streams in [false, true] {
-                for motion in [Motion::Rest, Motion::Move, Motion::Sweep] {
+                for motion in Motion::COMMON {
                     cases.push(Self { modes, shaper, streams, motion });
                 }
             }
+        }
+        for (modes, shaper) in [(0, "off"), (2, "zvdd")] {
+            cases.extend(Motion::OTHERS.map(|motion| Self { modes, shaper, streams: false, motion }));
         }
         cases
     }
@@ -68,6 +119,7 @@ impl Case {
             lines.push(format!("set mode{number}.damping_ratio {damping_ratio}"));
             lines.push(format!("set mode{number}.type {shaper}"));
         }
+        lines.push(format!("set move.profile {}", self.motion.profile()));
         lines.push("apply".to_owned());
         lines
     }

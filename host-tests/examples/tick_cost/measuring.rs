@@ -10,7 +10,7 @@ use stillbeam_host_tests::emulator::interrupt_cost::Handler;
 use stillbeam_host_tests::emulator::masked_sections::{MaskedSections, MaskingSites};
 use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, function_address};
 
-use crate::cases::{Case, Motion};
+use crate::cases::Case;
 
 /// Ticks per case.
 const TICKS: usize = 12;
@@ -54,15 +54,9 @@ impl Bench {
         let samples =
             samples.as_deref().and_then(|text| text.split(' ').next()).ok_or("no history_samples")?;
         let samples: u32 = samples.parse()?;
-        match case.motion {
-            Motion::Rest => {}
-            Motion::Move => {
-                self.session.command_when_ready(&format!("move {}", self.target_mm))?;
-                self.target_mm = -self.target_mm;
-            }
-            Motion::Sweep => {
-                self.session.command_when_ready("sweep linear 1 2 200 0.05")?;
-            }
+        if let Some(command) = case.motion.command(self.target_mm) {
+            self.session.command_when_ready(&command)?;
+            self.target_mm = -self.target_mm;
         }
         if case.streams {
             self.session.command("stream on 1")?;
@@ -82,7 +76,7 @@ impl Bench {
         Ok(format!(
             "[[tick]]\nmodes = {modes}\nshaper = \"{shaper}\"\nstreams = {streams}\nmotion = \"{}\"\n\
              history_samples = {samples}\nleast = {least}\nmedian = {median}\nmost = {most}\n",
-            motion.state()
+            motion.name()
         ))
     }
 

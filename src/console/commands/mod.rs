@@ -12,6 +12,7 @@ use core::fmt::{self, Write};
 
 use super::error::CommandError;
 use super::{Console, help};
+use crate::motion::MotionSpec;
 use words::no_more;
 
 /// Nothing but `Ok` can be done about output that does not fit; [`super::MAX_REPLY`] rules it out.
@@ -34,8 +35,6 @@ impl Console<'_> {
             "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
             "save" => no_more(words, "save", "save").and_then(|()| self.save()),
             "shaper" => self.switch_shaper(words, out),
-            "move" => self.start_move(words, out),
-            "sweep" => self.start_sweep(words, out),
             "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
             "emergency" => no_more(words, "emergency", "emergency").and_then(|()| self.emergency(out)),
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
@@ -44,7 +43,10 @@ impl Console<'_> {
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
             "echo" => self.switch_echo(words, out),
-            _ => Err(CommandError::UnknownCommand(command)),
+            _ => match MotionSpec::parse(command, words) {
+                Some(spec) => self.start(&spec?, out),
+                None => Err(CommandError::UnknownCommand(command)),
+            },
         }
     }
 }

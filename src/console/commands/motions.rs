@@ -1,80 +1,156 @@
-//! `move`, `sweep`, `stop`.
+//! `move`, `sweep`, `multisine`, `pulse`, `decay`, `stop`.
 
 use core::fmt::Write;
 
 use super::say;
-use super::words::{Words, no_more, parse_number};
 use crate::console::Console;
-use crate::console::error::CommandError;
+use crate::console::error::{Busy, CommandError};
 use crate::control::Request;
-use crate::motion::{MovePlan, SweepKind, SweepPlan, SweepSpec};
+use crate::motion::multisine::MultisineRefused;
+use crate::motion::{
+    MotionContext, MotionError, MotionPlan, MotionSpec, MoveLimits, MultisineDrawing, MultisineSpec,
+};
+use crate::units::Nanometres;
 
-impl Console<'_> {
-    pub(super) fn start_move<'l>(
+impl<'m> Console<'m> {
+    /// Plans a motion within all limits and hands it to the interrupt, or refuses and changes nothing. A multisine's table is
+    /// drawn first, which [`Console::work`] does.
+    pub(super) fn start(
         &mut self,
-        mut words: Words<'l>,
+        spec: &MotionSpec,
         out: &mut dyn Write,
-    ) -> Result<(), CommandError<'l>> {
-        const USAGE: &str = "move POSITION_MM";
-        let target_mm = parse_number(words.next(), "move", USAGE)?;
-        no_more(words, "move", USAGE)?;
-        self.require_rest("move")?;
-        let from = self.status.command();
-        let rate = self.table.tick_rate();
-        let plan = MovePlan::new(from, target_mm, &self.live.limits(), rate)
-            .map_err(|error| CommandError::Motion { command: "move", error })?;
-        let duration_ticks = plan.duration_ticks();
-        self.request("move", Request::Move(plan))?;
-        say(
-            out,
-            format_args!(
-                "ok move from_mm={} to_mm={target_mm} ticks={duration_ticks} settled_ticks={}",
-                from.to_mm(),
-                duration_ticks + self.table.duration_ticks()
-            ),
-        );
+    ) -> Result<(), CommandError<'static>> {
+        let command = spec.command();
+        self.require_rest(command)?;
+        let context = self.motion_context();
+        if let MotionSpec::Multisine(spec) = spec {
+            return self.start_drawing(spec, &context);
+        }
+        let plan = spec.plan(&context, &mut None).map_err(|error| CommandError::Motion { command, error })?;
+        self.start_plan(plan, command, &context, out)
+    }
+
+    fn start_plan(
+        &mut self,
+        plan: MotionPlan<'m>,
+        command: &'static str,
+        context: &MotionContext,
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError<'static>> {
+        let announced = Announced::of(&plan, self.table.duration_ticks());
+        self.request(command, Request::Start(plan))?;
+        announced.say(command, context, out);
         Ok(())
     }
 
-    pub(super) fn start_sweep<'l>(
+    fn motion_context(&self) -> MotionContext {
+        MotionContext {
+            start: self.status.command(),
+            limits: MoveLimits { shaper_gain: self.table.absolute_gain(), ..self.live.limits() },
+            profile: self.live.profile(),
+            moving_mass_kg: self.live.moving_mass_kg(),
+            rate: self.table.tick_rate(),
+        }
+    }
+
+    /// Begins to draw a table into the history that no shaper uses now.
+    fn start_drawing(
         &mut self,
-        mut words: Words<'l>,
-        out: &mut dyn Write,
-    ) -> Result<(), CommandError<'l>> {
-        const USAGE: &str = "sweep linear|exponential FROM_HZ TO_HZ SECONDS AMPLITUDE_MM";
-        let kind = match words.next() {
-            Some("linear") => SweepKind::Linear,
-            Some("exponential") => SweepKind::Exponential,
-            _ => return Err(CommandError::Usage { command: "sweep", usage: USAGE }),
+        spec: &MultisineSpec,
+        context: &MotionContext,
+    ) -> Result<(), CommandError<'static>> {
+        let memory = self.spare_history.take().or_else(|| self.retired.dequeue());
+        let Some(memory) = memory else {
+            return Err(CommandError::Busy { command: "multisine", reason: Busy::Handover });
         };
-        let mut number = || parse_number(words.next(), "sweep", USAGE);
-        let spec = SweepSpec {
-            kind,
-            from_hz: number()?,
-            to_hz: number()?,
-            duration_s: number()?,
-            amplitude_mm: number()?,
-        };
-        no_more(words, "sweep", USAGE)?;
-        self.require_rest("sweep")?;
-        let centre = self.status.command();
-        let plan = SweepPlan::new(&spec, centre, &self.live.limits(), self.table.tick_rate())
-            .map_err(|error| CommandError::Motion { command: "sweep", error })?;
-        let duration_ticks = plan.duration_ticks();
-        self.request("sweep", Request::Sweep(plan))?;
-        say(
-            out,
-            format_args!(
-                "ok sweep ticks={duration_ticks} settled_ticks={}",
-                duration_ticks + self.table.duration_ticks()
-            ),
-        );
+        match MultisineDrawing::new(spec, context, memory) {
+            Ok(drawing) => self.drawing = Some(drawing),
+            Err(refused) => return Err(self.refused(refused)),
+        }
         Ok(())
+    }
+
+    /// Starts the multisine that has been drawn, if nothing has happened in the meantime.
+    pub(in crate::console) fn finish_drawing(
+        &mut self,
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError<'static>> {
+        let Some(drawing) = self.drawing.take() else { return Ok(()) };
+        if let Err(error) = self.require_rest("multisine") {
+            self.spare_history = Some(drawing.into_memory());
+            return Err(error);
+        }
+        let context = self.motion_context();
+        match drawing.finish() {
+            Ok(plan) => self.start_plan(MotionPlan::Multisine(plan), "multisine", &context, out),
+            Err(refused) => Err(self.refused(refused)),
+        }
+    }
+
+    fn refused(&mut self, refused: MultisineRefused<'m>) -> CommandError<'static> {
+        self.spare_history = Some(refused.memory);
+        let (command, error) = ("multisine", refused.error);
+        match error {
+            MotionError::Memory { .. } => CommandError::MotionMemory { command, error },
+            _ => CommandError::Motion { command, error },
+        }
     }
 
     pub(super) fn stop(&mut self, out: &mut dyn Write) -> Result<(), CommandError<'static>> {
         self.request("stop", Request::Stop)?;
         say(out, format_args!("ok stop"));
         Ok(())
+    }
+}
+
+/// What the reply says of a plan that the interrupt has already taken.
+struct Announced {
+    ticks: u32,
+    settled_ticks: u32,
+    detail: Detail,
+}
+
+enum Detail {
+    None,
+    Move { to: Nanometres },
+    Multisine { lines: u32, period_ticks: u32, taper_ticks: u32, crest: f32 },
+    Decay { move_ticks: u32 },
+}
+
+impl Announced {
+    fn of(plan: &MotionPlan<'_>, shaper_ticks: u32) -> Self {
+        let ticks = plan.duration_ticks();
+        let detail = match plan {
+            MotionPlan::Multisine(plan) => Detail::Multisine {
+                lines: plan.lines(),
+                period_ticks: plan.period_ticks(),
+                taper_ticks: plan.taper_ticks(),
+                crest: plan.crest(),
+            },
+            MotionPlan::Decay(plan) => Detail::Decay { move_ticks: plan.move_ticks() },
+            MotionPlan::Move(plan) => Detail::Move { to: plan.target() },
+            MotionPlan::Sweep(_) | MotionPlan::Pulse(_) => Detail::None,
+        };
+        Self { ticks, settled_ticks: ticks + shaper_ticks, detail }
+    }
+
+    fn say(&self, command: &str, context: &MotionContext, out: &mut dyn Write) {
+        let Self { ticks, settled_ticks, ref detail } = *self;
+        let _best_effort = write!(out, "ok {command} ");
+        let _best_effort = match detail {
+            Detail::None => Ok(()),
+            Detail::Move { to } => {
+                write!(out, "from_mm={} to_mm={} ", context.start.to_mm(), to.to_mm())
+            }
+            Detail::Multisine { lines, period_ticks, taper_ticks, crest } => write!(
+                out,
+                "lines={lines} crest={crest:.2} period_ticks={period_ticks} taper_ticks={taper_ticks} "
+            ),
+            Detail::Decay { move_ticks } => {
+                let record_s = context.rate.seconds(ticks);
+                write!(out, "move_ticks={move_ticks} record_s={record_s:.3} ")
+            }
+        };
+        say(out, format_args!("ticks={ticks} settled_ticks={settled_ticks}"));
     }
 }

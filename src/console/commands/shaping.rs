@@ -53,10 +53,11 @@ impl Console<'_> {
         let tick_rate = settings.tick_rate().attainable(self.identity.timer_clock_hz);
         if tick_rate != self.table.tick_rate() {
             self.require_rest(command)?;
-        } else if self.status.activity() == Activity::Sweeping {
+        } else if let activity @ (Activity::Sweeping | Activity::Multisine | Activity::Pulsing) =
+            self.status.activity()
+        {
             // See `shaper::handover`: the command must not reverse while a table is replaced.
-            let reason = Busy::Activity(Activity::Sweeping);
-            return Err(CommandError::Busy { command, reason });
+            return Err(CommandError::Busy { command, reason: Busy::Activity(activity) });
         }
         self.check_outputs(settings, tick_rate, command)?;
         let table = if shaper_on { design(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
@@ -77,7 +78,7 @@ impl Console<'_> {
         };
         // The queue is empty and has room for both.
         self.request(command, Request::Shape(cascade))?;
-        self.request(command, Request::Configure(settings.setup(tick_rate)))?;
+        self.request(command, Request::Configure(settings.setup(tick_rate, table.absolute_gain())))?;
         self.table = table;
         Ok(())
     }

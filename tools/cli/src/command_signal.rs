@@ -2,7 +2,9 @@
 
 use std::str::FromStr;
 
-use stillbeam_firmware::motion::MovePlan;
+use stillbeam_firmware::machine::HISTORY_SAMPLES;
+use stillbeam_firmware::motion::spec::{NotAMotion, USAGES};
+use stillbeam_firmware::motion::{MotionContext, MotionSpec, MoveLimits};
 use stillbeam_firmware::settings::Settings;
 use stillbeam_firmware::shaper::{Cascade, ShaperTable};
 use stillbeam_firmware::units::{MAX_TRAVEL_MM, Nanometres, TickRate};
@@ -13,39 +15,44 @@ use crate::error::CliError;
 /// Nanometres in a metre.
 const NANOMETRES: f64 = 1e9;
 
-/// `move METRES`: from rest at zero to a position.
+/// What `--command` asks for, from rest at zero: `move METRES`, or another motion in the console's words and units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MoveCommand {
-    /// Where to, metres.
-    pub target_m: f64,
+pub struct MotionCommand {
+    /// As the firmware's own reader understands it.
+    pub spec: MotionSpec,
 }
 
-impl FromStr for MoveCommand {
+impl FromStr for MotionCommand {
     type Err = CliError;
 
     fn from_str(text: &str) -> Result<Self, CliError> {
-        let words: Vec<&str> = text.split_whitespace().collect();
-        let refused = |what: &str| {
-            CliError::Usage(format!("command `{text}`: {what}; write \"move METRES\", such as \"move 0.05\""))
+        let mut words = text.split_ascii_whitespace();
+        let kind = words.next().unwrap_or_default();
+        let refused = |what: &str| CliError::Usage(format!("command `{text}`: {what}"));
+        let spec = match MotionSpec::parse(kind, words) {
+            // The console's moves are in millimetres; here the models' metres are the unit.
+            Some(Ok(MotionSpec::Move { to_mm: to_m })) => MotionSpec::Move { to_mm: 1e3 * to_m },
+            Some(Ok(spec)) => spec,
+            Some(Err(NotAMotion { command: "move", .. })) => {
+                return Err(refused("a move has one target; write \"move METRES\", such as \"move 0.05\""));
+            }
+            Some(Err(NotAMotion { usage, .. })) => return Err(refused(&format!("write \"{usage}\""))),
+            None => {
+                let known = USAGES.map(|usage| usage.replace("POSITION_MM", "METRES")).join(" · ");
+                return Err(refused(&format!("no such motion; there are: {known}")));
+            }
         };
-        match words.as_slice() {
-            ["move", metres] => match metres.parse::<f64>() {
-                Ok(target_m) if target_m.is_finite() => Ok(Self { target_m }),
-                _ => Err(refused(&format!("`{metres}` is not a number of metres"))),
-            },
-            ["move", ..] => Err(refused("a move has one target")),
-            _ => Err(refused("only moves are known here")),
-        }
+        Ok(Self { spec })
     }
 }
 
-/// The setpoints of a move within the firmware's default limits, in metres, one per tick from the tick before the first
+/// The setpoints of a motion within the firmware's default limits, in metres, one per tick from the tick before the first
 /// change to the one where the shaper has run out.
 ///
 /// # Errors
-/// [`CliError::Usage`] when the rate or the target is outside what the firmware accepts.
+/// [`CliError::Usage`] when the rate or the motion is outside what the firmware accepts.
 pub fn shaped_setpoints_m(
-    command: &MoveCommand,
+    command: &MotionCommand,
     rate_hz: f64,
     table: Option<&ShaperTable>,
 ) -> Result<Vec<f64>, CliError> {
@@ -53,12 +60,24 @@ pub fn shaped_setpoints_m(
         let (low, high) = TickRate::RANGE_HZ;
         CliError::Usage(format!("--rate {rate_hz} Hz is outside {low}..{high} Hz"))
     })?;
-    let limits = Settings::default().limits();
-    let target_mm = 1e3 * command.target_m;
-    let mut plan = MovePlan::new(Nanometres(0), target_mm, &limits, rate)
-        .map_err(|error| CliError::Usage(format!("move {} m: {error}", command.target_m)))?;
+    let settings = Settings::default();
+    let context = MotionContext {
+        start: Nanometres(0),
+        limits: MoveLimits {
+            shaper_gain: table.map_or(1.0, ShaperTable::absolute_gain),
+            ..settings.limits()
+        },
+        profile: settings.profile(),
+        moving_mass_kg: settings.moving_mass_kg(),
+        rate,
+    };
+    let mut memory = vec![0; HISTORY_SAMPLES];
+    let mut plan = command
+        .spec
+        .plan(&context, &mut Some(&mut memory))
+        .map_err(|error| CliError::Usage(format!("--command {}: {error}", command.spec.command())))?;
     let mut command_nm = vec![0];
-    command_nm.extend(std::iter::from_fn(|| plan.step()).map(|position| position.0));
+    command_nm.extend(std::iter::from_fn(|| plan.step()).map(|position| position.rounded().0));
     if command_nm.len() < 2 {
         return Err(CliError::Usage("a move to 0 m goes nowhere; give another target".to_owned()));
     }

@@ -126,8 +126,11 @@ fn files_of_the_wrong_kind_are_refused() {
         ("move NaN", "NaN"),
         ("move 50", "travel"),
         ("move 0", "nowhere"),
-        ("fly 1", "only moves"),
-        ("", "only moves"),
+        ("fly 1", "no such motion"),
+        ("", "no such motion"),
+        ("sweep linear 1 8", "SECONDS|RATE"),
+        ("sweep linear 1 8 2oct/min 1", "Hz/s"),
+        ("pulse 900", "travel"),
     ] {
         simulate(&beam, &["--command", command], &[part]);
     }

@@ -82,7 +82,10 @@ impl ByteLink for InProcessBoard {
 
     fn write_all(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         for byte in bytes {
-            self.say(|console, text| console.feed(*byte, text));
+            self.say(|console, text| {
+                console.feed(*byte, text);
+                while console.work(text) {}
+            });
             // As on the board: the reply is out when the interrupt has taken what the line asked for.
             while self.parts.console.has_waiting_request() {
                 self.tick();

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use clap::Args;
+use stillbeam_firmware::motion::spec::USAGES;
 use stillbeam_plant::SETPOINT;
 use stillbeam_recording::{Recording, write_csv};
 
@@ -39,7 +40,7 @@ pub struct RecordArgs {
     /// Seconds to go on after the setpoint has come to rest, to see the machine ring
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     after: f64,
-    /// The motion, as on the console: `move POSITION_MM` or `sweep ...`
+    /// The motion, as on the console: `move POSITION_MM`, `sweep ...`, `multisine ...`, `pulse ...`, `decay ...`
     #[arg(required = true, value_name = "MOTION", allow_negative_numbers = true)]
     motion: Vec<String>,
 }
@@ -51,8 +52,12 @@ impl RecordArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         let motion = self.motion.join(" ");
         let kind = motion.split_whitespace().next().unwrap_or_default();
-        if !["move", "sweep"].contains(&kind) || motion.contains(char::is_control) {
-            return Err(CliError::Usage(format!("{motion:?} is no motion; give `move ...` or `sweep ...`")));
+        let is_motion = USAGES.iter().any(|usage| usage.split(' ').next() == Some(kind));
+        if !is_motion || motion.contains(char::is_control) {
+            return Err(CliError::Usage(format!(
+                "{motion:?} is no motion; there are: {}",
+                USAGES.join(" · ")
+            )));
         }
         if !(self.after.is_finite() && (0.0..=3600.0).contains(&self.after)) {
             return Err(CliError::Usage(format!("--after {}: give 0 to 3600 seconds", self.after)));

@@ -10,7 +10,7 @@ use stillbeam_recording::{ReadOptions, Recording, read_recording, write_csv};
 use stillbeam_shape::ShaperDesign;
 
 use crate::base_move::BaseMove;
-use crate::command_signal::{MoveCommand, shape_recorded, shaped_setpoints_m};
+use crate::command_signal::{MotionCommand, shape_recorded, shaped_setpoints_m};
 use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::streams::{Streams, json_on_stdout};
@@ -21,20 +21,25 @@ const WRITTEN_S: f64 = 10.0;
 /// Ticks per second without --rate and without a shaper.
 const DEFAULT_RATE_HZ: f64 = 4000.0;
 
+/// How long the machine is simulated after a motion that comes back, seconds.
+const AFTER_S: f64 = 2.0;
+
 /// Simulate a model under a move or a recorded input, shaped or not.
 ///
-/// The move is the firmware's own: its profile within its default limits, its shaper in its integers.
+/// The motion is the firmware's own: its profile within its default limits, its shaper in its integers.
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("driven by").required(true).args(["command", "input"])))]
 #[command(after_help = "\
 Example:
   stillbeam simulate models/paper_beam.toml --command 'move 0.05' --shaper table.json --out move.csv
+  stillbeam simulate models/paper_beam.toml --command 'sweep linear 0.5 8 0.1Hz/s 200mm/s2' --out sweep.csv
   stillbeam simulate models/paper_beam.toml --input sweep.csv --out simulated.csv")]
 pub struct SimulateArgs {
     /// The model file
     #[arg(value_name = "MODEL.toml")]
     model: PathBuf,
-    /// What the base is told to do: \"move METRES\", from zero
+    /// What the base is told to do, from zero: \"move METRES\", or a sweep, multisine, pulse or decay as on the
+    /// firmware's console, in millimetres
     #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
     /// A recording that has the model's input column
@@ -120,7 +125,7 @@ impl SimulateArgs {
         table: Option<&ShaperTable>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
-        let command: MoveCommand = command.parse()?;
+        let command: MotionCommand = command.parse()?;
         let table_hz = table.map(|table| table.tick_rate().hz());
         let rate_hz = match (self.rate, table_hz) {
             (Some(rate_hz), Some(table_hz)) if rate_hz != table_hz => {
@@ -131,6 +136,10 @@ impl SimulateArgs {
             (rate_hz, table_hz) => rate_hz.or(table_hz).unwrap_or(DEFAULT_RATE_HZ),
         };
         let context = self.model.display().to_string();
+        let setpoints_m = shaped_setpoints_m(&command, rate_hz, table)?;
+        if setpoints_m.first() == setpoints_m.last() {
+            return self.run_excitation(model, rate_hz, setpoints_m, streams);
+        }
         let simulated = |table| {
             let setpoints_m = shaped_setpoints_m(&command, rate_hz, table)?;
             BaseMove::simulate(model, rate_hz, &setpoints_m).map_err(CliError::plant(context.clone()))
@@ -164,6 +173,27 @@ impl SimulateArgs {
         self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
     }
 
+    /// A motion that comes back has no settling time; what it does to each output is printed instead.
+    fn run_excitation(
+        &self,
+        model: &Model,
+        rate_hz: f64,
+        mut setpoints_m: Vec<f64>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let Some(input) = model.input().filter(|input| input.is_motion()) else {
+            return Err(CliError::Usage(format!(
+                "{}: a command is a motion, and the model's input is none; set input.column to setpoint_m or base_position_m",
+                self.model.display()
+            )));
+        };
+        let held = setpoints_m.last().copied().unwrap_or(0.0);
+        setpoints_m.resize(setpoints_m.len() + (AFTER_S * rate_hz) as usize, held);
+        let time_s = (0..setpoints_m.len()).map(|index| index as f64 / rate_hz).collect();
+        let driven = Recording::new("simulated excitation", time_s).with_column(&input.column, setpoints_m);
+        self.report(model, &driven, None, streams)
+    }
+
     fn run_recording(
         &self,
         model: &Model,
@@ -189,14 +219,26 @@ impl SimulateArgs {
             }
             (None, _) => recording.clone(),
         };
-        let result = simulate(model, &driven).map_err(CliError::plant(self.model.display().to_string()))?;
+        // After shaping, the times are the shaper's, and so is the experiment.
+        let recorded = if table.is_none() { Some(&recording) } else { None };
+        self.report(model, &driven, recorded, streams)
+    }
+
+    /// Simulates, writes what was asked for, and prints what each output did, beside what was recorded of it.
+    fn report(
+        &self,
+        model: &Model,
+        driven: &Recording,
+        recorded: Option<&Recording>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let result = simulate(model, driven).map_err(CliError::plant(self.model.display().to_string()))?;
         if let Some(path) = &self.out {
             write(Path::new(path), &result, streams)?;
         }
         let outputs = model.output_columns().into_iter().filter_map(|column| {
             let simulated = result.column(&column).ok()?;
-            // After shaping, the times are the shaper's, and so is the experiment.
-            let recorded = if table.is_none() { recording.column(&column).ok() } else { None };
+            let recorded = recorded.and_then(|recording| recording.column(&column).ok());
             Some(OutputNumbers::new(column, simulated, recorded))
         });
         let numbers = RecordingNumbers { schema_version: 1, outputs: outputs.collect() };

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use crate::amplitude::{AmplitudePoint, of_decay};
 use crate::forced_fit::MAX_MODES;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::log_decrement::damping_from_peaks;
@@ -29,6 +30,8 @@ const EVEN: f64 = 0.05;
 const FINE: usize = 4;
 /// Half of a mode's own band, in half half-power bandwidths (zeta f): a dozen samples per decay time.
 const WIDTHS: f64 = 40.0;
+/// Ratio of one tenth's amplitude to the next one's that counts as still falling.
+const STEADY_FALL: f64 = 1.2;
 /// Share of its band's energy that a single decaying oscillation must explain to be taken for a mode.
 const EXPLAINED: f64 = 0.7;
 
@@ -69,7 +72,7 @@ impl Uniform {
         self.samples.iter().map(|value| value - mean).collect()
     }
 
-    fn bin_hz(&self) -> f64 {
+    pub(crate) fn bin_hz(&self) -> f64 {
         1.0 / (self.segment as f64 * self.interval_s)
     }
 }
@@ -208,26 +211,37 @@ fn remainder(signal: &[f64], parts: &[Part], interval_s: f64) -> Vec<f64> {
 pub(crate) struct Seen {
     pub(crate) early_late: Option<[CrossCheck; 2]>,
     pub(crate) decrement: Option<CrossCheck>,
+    pub(crate) course: Vec<AmplitudePoint>,
 }
 
 /// Looks at a fitted mode alone: its early and its late decay, and its logarithmic decrement.
-pub(crate) fn decay_part(whole: &WholeSpectrum, pole: Pole, half_width_hz: f64) -> Seen {
+pub(crate) fn decay_part(whole: &WholeSpectrum, pole: Pole, half_width_hz: f64, origin_s: f64) -> Seen {
     let band = whole.narrow_band(pole.frequency_hz, half_width_hz, FINE);
     let size: Vec<f64> = band.amplitude.iter().map(|z| z.norm()).collect();
-    // What the last tenth holds is noise, or decay not finished yet; either way nothing below it is used.
-    let mut tail = size[size.len() - size.len().div_ceil(10)..].to_vec();
-    tail.sort_by(f64::total_cmp);
-    let floor = tail[tail.len() / 2];
-    let end = size
-        .iter()
-        .skip(2 * FINE)
-        .position(|value| *value < 5.0 * floor)
-        .map_or(size.len(), |k| k + 2 * FINE);
+    let end = clear_of_noise(&size);
     let usable = inner(&band, end, FINE);
     Seen {
         early_late: early_and_late(&band, &size, usable.clone()),
-        decrement: decrement(pole, &band, usable),
+        decrement: decrement(pole, &band, usable.clone()),
+        course: of_decay(&band, usable, origin_s),
     }
+}
+
+/// Where the amplitude comes within a factor five of the floor that the last tenth holds; the end where it is still
+/// falling steadily there.
+fn clear_of_noise(size: &[f64]) -> usize {
+    let tenth = size.len().div_ceil(10);
+    let middle = |from: usize| {
+        let mut some = size[from.min(size.len() - 1)..(from + tenth).min(size.len())].to_vec();
+        some.sort_by(f64::total_cmp);
+        some[some.len() / 2]
+    };
+    let [before, last, floor] = [3, 2, 1].map(|tenths| middle(size.len().saturating_sub(tenths * tenth)));
+    if before > STEADY_FALL * last && last > STEADY_FALL * floor {
+        return size.len();
+    }
+    let clear = size.iter().skip(2 * FINE).position(|value| *value < 5.0 * floor);
+    clear.map_or(size.len(), |k| k + 2 * FINE)
 }
 
 /// Fits the first and the last third of the decay, counted in decibels.

@@ -89,6 +89,19 @@ pub enum IdentifyError {
         /// The output column.
         column: String,
     },
+    /// What stands out is driven.
+    #[error(
+        "{recording}: column `{column}` shows no mode that decays, only forced tones ({}); stop what drives them, knock the structure and record again",
+        tones.iter().map(|(hz, reason)| format!("{hz:.2} Hz: {reason}")).collect::<Vec<_>>().join("; ")
+    )]
+    OnlyTones {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// Frequency of each tone, Hz, and how it was recognised.
+        tones: Vec<(f64, String)>,
+    },
     /// An option is out of its range.
     #[error("option `{option}` is {value}; {remedy}")]
     BadOption {

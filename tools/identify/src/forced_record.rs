@@ -5,6 +5,8 @@ use stillbeam_recording::{Column, Problem, Recording, TIME_COLUMN};
 use crate::error::IdentifyError;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::{InputKind, OutputQuantity};
+use crate::result::Rejected;
+use crate::time_stamps::stamp_warnings;
 use crate::warnings::{Warning, WarningKind};
 
 /// Rows that a fit of one mode needs at least: five parameters, a constant, and something left to judge by.
@@ -57,6 +59,8 @@ pub(crate) struct ForcedRecord {
     /// Stamp that the times count from, s.
     pub(crate) origin_s: f64,
     pub(crate) warnings: Vec<Warning>,
+    /// Output samples that are not fitted.
+    pub(crate) left_out: Vec<Rejected>,
 }
 
 /// Units whose meaning as an input is plain.
@@ -134,6 +138,7 @@ impl ForcedRecord {
         let centred: Vec<f64> = input.values.iter().map(|value| value - level).collect();
         let first_s = input_time_s[0] + margin_s;
         let last_s = input_time_s[input_time_s.len() - 1] - margin_s;
+        let left_out = left_out(recording, output_column, [first_s + origin_s, last_s + origin_s]);
         let rows = from_origin(&output.time_s).into_iter().zip(output.values);
         let (time_s, values): (Vec<f64>, Vec<f64>) =
             rows.filter(|(t, _)| (first_s..=last_s).contains(t)).unzip();
@@ -146,7 +151,10 @@ impl ForcedRecord {
                 context: " while the input is recorded",
             });
         }
+        let stamps: Vec<f64> = time_s.iter().map(|t| t + origin_s).collect();
         let mut warnings = crate::signal_checks::clipping(output_column, &values);
+        warnings.extend(crate::signal_checks::clipping(input_column, &input.values));
+        warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
         Ok(Self {
             name: recording.name.clone(),
@@ -159,6 +167,7 @@ impl ForcedRecord {
             output: values,
             origin_s,
             warnings,
+            left_out,
         })
     }
 
@@ -181,6 +190,23 @@ impl ForcedRecord {
         }
     }
 
+    /// Some of the rows, with the stretch of the input that belongs to them.
+    pub(crate) fn between(&self, rows: std::ops::Range<usize>, delay_s: f64) -> Self {
+        let time_s = self.time_s[rows.clone()].to_vec();
+        let ends = [time_s.first(), time_s.last()].map(|end| end.copied().unwrap_or(0.0) - delay_s);
+        Self {
+            name: self.name.clone(),
+            input_column: self.input_column.clone(),
+            output_column: self.output_column.clone(),
+            input: self.input.between(ends[0], ends[1]),
+            output: self.output[rows].to_vec(),
+            warnings: Vec::new(),
+            left_out: Vec::new(),
+            time_s,
+            ..*self
+        }
+    }
+
     /// Length of the fitted record, s.
     pub(crate) fn duration_s(&self) -> f64 {
         match (self.time_s.first(), self.time_s.last()) {
@@ -188,6 +214,32 @@ impl ForcedRecord {
             _ => 0.0,
         }
     }
+}
+
+/// The rows of a column that a fit between two times leaves out, with the reasons.
+pub(crate) fn left_out(recording: &Recording, column: &str, window_s: [f64; 2]) -> Vec<Rejected> {
+    let samples = recording.column(column).unwrap_or_default();
+    let rows = || recording.time_s.iter().copied().zip(samples.iter().copied());
+    let entry = |times: Vec<f64>, reason: &str| {
+        Some(Rejected::Samples {
+            recording: recording.name.clone(),
+            count: times.len(),
+            first_s: *times.first()?,
+            last_s: *times.last()?,
+            reason: reason.to_owned(),
+        })
+    };
+    let empty = rows().filter(|(_, y)| !y.is_finite()).map(|(t, _)| t).collect();
+    let early = rows().filter(|(t, y)| y.is_finite() && *t < window_s[0]).map(|(t, _)| t).collect();
+    let late = rows().filter(|(t, y)| y.is_finite() && *t > window_s[1]).map(|(t, _)| t).collect();
+    [
+        entry(empty, "empty cells of the output"),
+        entry(early, "before the stretch that is fitted"),
+        entry(late, "after the stretch that is fitted"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// An error when a signal never changes.

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::amplitude::of_forced;
+use crate::decay_modes::Uniform;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::forced_start::{Spectral, Starts};
@@ -11,10 +13,11 @@ use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RecordFit,
-    SCHEMA_VERSION,
+    SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::separable::Projected;
 use crate::tall::dot;
+use crate::tones::find_tones;
 use crate::warnings::{Quantity, Warning, WarningKind};
 use crate::whitening::{Whitener, even_runs};
 
@@ -32,8 +35,21 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
     let mut modes: Vec<IdentifiedMode> =
         (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    let nyquist_hz = starts.spectral.iter().map(Spectral::nyquist_hz).fold(0.0, f64::max);
     for mode in &modes {
         warnings.extend(mode_warnings(mode, model.records, starts));
+        warnings.extend(mode.own_warnings(nyquist_hz));
+    }
+    let mut rejected = chosen.rejected.clone();
+    rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
+    for (rows, record) in model.rows() {
+        // What the input explains is gone from the residuals; lines that are left are driven by something else.
+        let tones = find_tones(&Uniform::new(&record.time_s, &refined.residuals[rows]));
+        for tone in tones {
+            let (warning, pole) = tone.told();
+            warnings.push(warning);
+            rejected.push(pole);
+        }
     }
     warnings.extend(fit_warnings(&chosen.minimum, refined.covariance.is_some()));
     if let NoiseModel::NotNoise { apart, .. } = refined.noise {
@@ -70,7 +86,7 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
         records: record_fits,
         noise: refined.noise,
         model_choice: chosen.steps.clone(),
-        rejected: chosen.rejected.clone(),
+        rejected,
         stop_reason: chosen.minimum.stop_reason,
         warnings,
         fit: FitTrace {
@@ -137,7 +153,11 @@ fn identified_mode(
             .filter_map(|spectral| spectral.half_power(pole))
             .take(1)
             .collect(),
+        by_amplitude: Vec::new(),
+        amplitude_changes: Vec::new(),
+        uncertainty_box: UncertaintyBox::default(),
     }
+    .with_amplitudes(of_forced(model, &refined.parameters, mode))
 }
 
 /// Warnings about one mode.

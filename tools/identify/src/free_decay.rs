@@ -1,6 +1,5 @@
 //! Modes from a free decay: a sum of damped sinusoids, fitted to the record from its peak on.
 
-use nalgebra::DMatrix;
 use stillbeam_recording::Recording;
 
 use crate::decay_model::{DecayModel, heavily_damped};
@@ -8,17 +7,20 @@ use crate::decay_modes::{Part, Uniform, decay_part, find_parts};
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
 use crate::forced_model::{MIN_DAMPING, pole, pole_parameters};
-use crate::forced_record::{MIN_ROWS, present, refuse_constant};
+use crate::forced_record::left_out;
 use crate::forced_report::{disagreement, fit_warnings};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
+use crate::noise::{Refined, refine};
 use crate::result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, SCHEMA_VERSION,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, RecordFit, Rejected,
+    SCHEMA_VERSION, UncertaintyBox,
 };
+use crate::ringing::{DecayRecord, Ringing};
 use crate::separable::{Projected, fit, fit_covariance};
-use crate::signal_checks::clipping;
 use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::whitening::{Whitener, even_runs};
 
 /// Choices of [`identify_free_decay`].
 #[derive(Debug, Clone, PartialEq)]
@@ -55,10 +57,50 @@ pub fn identify_free_decay(
     options: &FreeDecayOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
-    let record = DecayRecord::new(recording, options)?;
+    let ringing = Ringing::new(recording, options)?;
+    // A knock rings in ways that are over long before the modes are; where nothing stands out from the first sample on,
+    // a later start may be the better one.
+    let mut first_refusal = None;
+    for start in ringing.starts(options.start_s) {
+        match identify_from(&ringing, start, options) {
+            Err(refusal @ (IdentifyError::NoPeaks { .. } | IdentifyError::TooFewPeaks { .. })) => {
+                first_refusal.get_or_insert(refusal);
+            }
+            Err(IdentifyError::TooFewSamples { .. }) if first_refusal.is_some() => {}
+            found => return found,
+        }
+    }
+    Err(match first_refusal {
+        Some(IdentifyError::NoPeaks { recording, column }) if !ringing.tones.is_empty() => {
+            IdentifyError::OnlyTones {
+                recording,
+                column,
+                tones: ringing
+                    .tones
+                    .iter()
+                    .map(|tone| (tone.frequency_hz.value, tone.reason.clone()))
+                    .collect(),
+            }
+        }
+        Some(refusal) => refusal,
+        None => ringing.too_short(0),
+    })
+}
+
+fn identify_from(
+    ringing: &Ringing,
+    start: usize,
+    options: &FreeDecayOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    let record = ringing.from(start)?;
     let uniform = Uniform::new(&record.time_s, &record.output);
+    let mut rejected = Vec::new();
     let mut parts = lowest_parts(&uniform, options.modes);
-    if parts.is_empty() {
+    parts.retain(|part| {
+        let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
+        tone.is_none()
+    });
+    if parts.is_empty() && ringing.tones.is_empty() {
         let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
         parts.extend(heavily_damped(&record.time_s, &record.output, &whole));
     }
@@ -74,7 +116,18 @@ pub fn identify_free_decay(
         // What the whole record does not bear out was a leftover of a neighbour: fit again without it.
         let kept = borne_out(&minimum, covariance.as_ref(), &range, record.duration_s());
         if kept.iter().all(|kept| *kept) {
-            return Ok(report(&record, &minimum, covariance.as_ref(), &parts, &uniform));
+            let runs = even_runs(&record.time_s, 0);
+            let whitener = Whitener::of(&minimum.point.residuals, runs);
+            let refined = refine(&model, &minimum, &range, whitener);
+            return Ok(report(ringing, &record, &minimum, &refined, &parts, &uniform, rejected));
+        }
+        for (mode, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
+            let pole = pole(&minimum.parameters, mode);
+            rejected.push(Rejected::Pole {
+                frequency_hz: pole.frequency_hz,
+                damping_ratio: Some(pole.damping_ratio),
+                reason: "the fit of the whole decay does not bear it out: it ran to the edge of its band or its damping stayed unknown".to_owned(),
+            });
         }
         for (parameter, found) in range.iter_mut().zip(&minimum.parameters) {
             parameter.start = *found;
@@ -117,7 +170,7 @@ fn search_range(parts: &[Part]) -> Vec<Parameter> {
 /// Which modes the fit of the whole record determines: inside their range, damping known to better than half.
 fn borne_out(
     minimum: &Minimum<Projected>,
-    covariance: Option<&DMatrix<f64>>,
+    covariance: Option<&nalgebra::DMatrix<f64>>,
     range: &[Parameter],
     duration_s: f64,
 ) -> Vec<bool> {
@@ -154,107 +207,46 @@ fn refuse_too_few(
     }
 }
 
-/// The ringing part of a record; time counts from its first sample.
-struct DecayRecord {
-    name: String,
-    column: String,
-    time_s: Vec<f64>,
-    output: Vec<f64>,
-    origin_s: f64,
-    warnings: Vec<Warning>,
-}
-
-impl DecayRecord {
-    fn new(recording: &Recording, options: &FreeDecayOptions) -> Result<Self, IdentifyError> {
-        let all = present(recording, &options.output)?;
-        refuse_constant(recording, &options.output, &all.values)?;
-        let start = match options.start_s {
-            Some(start_s) => all.time_s.iter().position(|t| *t >= start_s).unwrap_or(all.time_s.len()),
-            None => largest_deflection(&all.values),
-        };
-        let rows = all.time_s.len() - start;
-        if rows < MIN_ROWS {
-            return Err(IdentifyError::TooFewSamples {
-                recording: recording.name.clone(),
-                column: options.output.clone(),
-                found: rows,
-                required: MIN_ROWS,
-                context: " from the start of the decay on",
-            });
-        }
-        let origin_s = all.time_s[start];
-        Ok(Self {
-            name: recording.name.clone(),
-            column: options.output.clone(),
-            time_s: all.time_s[start..].iter().map(|t| t - origin_s).collect(),
-            output: all.values[start..].to_vec(),
-            origin_s,
-            warnings: clipping(&options.output, &all.values),
-        })
-    }
-
-    fn duration_s(&self) -> f64 {
-        self.time_s.last().copied().unwrap_or(0.0)
-    }
-}
-
-/// Index of the sample farthest from where the record ends up.
-fn largest_deflection(values: &[f64]) -> usize {
-    let tail = &values[values.len() - values.len().div_ceil(10)..];
-    let rest = tail.iter().sum::<f64>() / tail.len() as f64;
-    let away = |index: &usize| (values[*index] - rest).abs();
-    (0..values.len()).rev().max_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0)
-}
-
+#[expect(clippy::too_many_arguments, reason = "all that a finished fit has, once")]
 fn report(
+    ringing: &Ringing,
     record: &DecayRecord,
     minimum: &Minimum<Projected>,
-    covariance: Option<&DMatrix<f64>>,
+    refined: &Refined,
     parts: &[Part],
     uniform: &Uniform,
+    mut rejected: Vec<Rejected>,
 ) -> IdentifiedModes {
-    let stderr = |index: usize| covariance.map_or(f64::INFINITY, |c| c[(index, index)].max(0.0).sqrt());
-    let linear = minimum.parameters.len();
-    let coefficients = &minimum.point.coefficients;
     let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
-    let mut warnings = record.warnings.clone();
-    let mut modes = Vec::with_capacity(parts.len());
-    for (mode, part) in parts.iter().enumerate() {
-        let pole = pole(&minimum.parameters, mode);
-        let (cosine, sine) = (coefficients[2 * mode], coefficients[2 * mode + 1]);
-        let amplitude = cosine.hypot(sine);
-        let (cosine_stderr, sine_stderr) = (stderr(linear + 2 * mode), stderr(linear + 2 * mode + 1));
-        let mut estimated = IdentifiedMode {
-            frequency_hz: Estimate { value: pole.frequency_hz, stderr: pole.frequency_hz * stderr(2 * mode) },
-            damping_ratio: Estimate {
-                value: pole.damping_ratio,
-                stderr: pole.damping_ratio * stderr(2 * mode + 1),
-            },
-            method: Method::DampedSinusoids,
-            amplitude: Estimate {
-                value: amplitude,
-                stderr: (cosine * cosine_stderr).hypot(sine * sine_stderr) / amplitude,
-            },
-            participation: None,
-            cross_checks: Vec::new(),
-        };
-        warnings.extend(length_warning(pole, record));
-        let seen = decay_part(&whole, pole, part.half_width_hz);
-        if let Some([early, late]) = seen.early_late {
-            warnings.extend(changes(pole.frequency_hz, &early, &late));
-            estimated.cross_checks.extend([early, late]);
-        }
-        if let Some(check) = seen.decrement {
-            warnings.extend(disagreement(&estimated, &check));
-            estimated.cross_checks.push(check);
-        }
-        modes.push(estimated);
+    let mut warnings = ringing.warnings.clone();
+    for tone in &ringing.tones {
+        let (warning, pole) = tone.told();
+        warnings.push(warning);
+        rejected.push(pole);
     }
+    let mut modes: Vec<IdentifiedMode> = parts
+        .iter()
+        .enumerate()
+        .map(|(mode, part)| {
+            let (mode, own) = identified_mode(record, refined, mode, part, &whole);
+            warnings.extend(own);
+            mode
+        })
+        .collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
-    warnings.extend(fit_warnings(minimum, covariance.is_some()));
+    for mode in &modes {
+        warnings.extend(mode.own_warnings(0.5 / uniform.interval_s));
+    }
+    warnings.extend(fit_warnings(minimum, refined.covariance.is_some()));
 
     let n = record.time_s.len();
     let time_s: Vec<f64> = record.time_s.iter().map(|t| t + record.origin_s).collect();
+    let window_s = [time_s[0], time_s[n - 1]];
+    rejected.extend(left_out(ringing.recording, &record.column, window_s));
+    let offset = Estimate {
+        value: refined.coefficients[2 * parts.len()],
+        stderr: refined.coefficient_stderr(2 * parts.len()),
+    };
     IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         recording: record.name.clone(),
@@ -263,23 +255,76 @@ fn report(
         modes,
         frf: None,
         spectrum: Some(uniform.spectrum.clone()),
-        offset: Estimate { value: coefficients[2 * parts.len()], stderr: stderr(linear + 2 * parts.len()) },
+        offset,
         delay_s: None,
         direct: None,
-        records: Vec::new(),
-        noise: crate::result::NoiseModel::White,
+        records: vec![RecordFit {
+            recording: record.name.clone(),
+            rows: n,
+            offset,
+            residual_rms: refined.residual_rms(),
+            window_s,
+        }],
+        noise: refined.noise,
         model_choice: Vec::new(),
-        rejected: Vec::new(),
-        residual_rms: (minimum.sum_of_squares / n as f64).sqrt(),
-        window_s: [time_s[0], time_s[n - 1]],
+        rejected,
+        residual_rms: refined.residual_rms(),
+        window_s,
         stop_reason: minimum.stop_reason,
         warnings,
         fit: FitTrace {
-            fitted: record.output.iter().zip(&minimum.point.residuals).map(|(y, r)| y - r).collect(),
+            fitted: record.output.iter().zip(&refined.residuals).map(|(y, r)| y - r).collect(),
             measured: record.output.clone(),
             time_s,
         },
     }
+}
+
+/// One mode, its second opinions, its course over amplitude, and what its length and its changes call for saying.
+fn identified_mode(
+    record: &DecayRecord,
+    refined: &Refined,
+    mode: usize,
+    part: &Part,
+    whole: &WholeSpectrum,
+) -> (IdentifiedMode, Vec<Warning>) {
+    let pole = pole(&refined.parameters, mode);
+    let (cosine, sine) = (refined.coefficients[2 * mode], refined.coefficients[2 * mode + 1]);
+    let amplitude = cosine.hypot(sine);
+    let (cosine_stderr, sine_stderr) =
+        (refined.coefficient_stderr(2 * mode), refined.coefficient_stderr(2 * mode + 1));
+    let seen = decay_part(whole, pole, part.half_width_hz, record.origin_s);
+    let mut estimated = IdentifiedMode {
+        frequency_hz: Estimate {
+            value: pole.frequency_hz,
+            stderr: pole.frequency_hz * refined.stderr(2 * mode),
+        },
+        damping_ratio: Estimate {
+            value: pole.damping_ratio,
+            stderr: pole.damping_ratio * refined.stderr(2 * mode + 1),
+        },
+        method: Method::DampedSinusoids,
+        amplitude: Estimate {
+            value: amplitude,
+            stderr: (cosine * cosine_stderr).hypot(sine * sine_stderr) / amplitude,
+        },
+        participation: None,
+        cross_checks: Vec::new(),
+        by_amplitude: Vec::new(),
+        amplitude_changes: Vec::new(),
+        uncertainty_box: UncertaintyBox::default(),
+    }
+    .with_amplitudes(seen.course);
+    let mut warnings: Vec<Warning> = length_warning(pole, record).into_iter().collect();
+    if let Some([early, late]) = seen.early_late {
+        warnings.extend(changes(pole.frequency_hz, &early, &late));
+        estimated.cross_checks.extend([early, late]);
+    }
+    if let Some(check) = seen.decrement {
+        warnings.extend(disagreement(&estimated, &check));
+        estimated.cross_checks.push(check);
+    }
+    (estimated, warnings)
 }
 
 /// Warns about a record too short for the damping, or a tone that does not decay.

@@ -41,6 +41,18 @@ impl PiecewiseCubic {
         Self { knots_s: time_s.to_vec(), coefficients }
     }
 
+    /// The pieces that cover the times from one to another.
+    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> Self {
+        let pieces = self.coefficients.len();
+        let first =
+            self.knots_s.partition_point(|t| *t <= from_s).saturating_sub(1).min(pieces.saturating_sub(1));
+        let last = self.knots_s.partition_point(|t| *t < to_s).clamp(first + 1, pieces.max(first + 1));
+        Self {
+            knots_s: self.knots_s[first..=last].to_vec(),
+            coefficients: self.coefficients[first..last].to_vec(),
+        }
+    }
+
     /// Values and first two derivatives at increasing times; times outside use the end pieces.
     pub fn sample(&self, times_s: impl IntoIterator<Item = f64>) -> Vec<[f64; 3]> {
         let last = self.coefficients.len().saturating_sub(1);

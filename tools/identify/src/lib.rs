@@ -23,6 +23,7 @@
 //! # Ok::<(), stillbeam_identify::IdentifyError>(())
 //! ```
 
+mod amplitude;
 mod column;
 mod comparison;
 mod decay_model;
@@ -44,15 +45,19 @@ mod narrow_band;
 mod noise;
 pub mod poles;
 mod result;
+mod ringing;
 mod robust_covariance;
 mod separable;
 mod signal_checks;
 mod spectra;
 mod step;
 pub mod tall;
+mod time_stamps;
+mod tones;
 mod warnings;
 mod whitening;
 
+pub use amplitude::{AmplitudeChange, AmplitudePoint};
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
 pub use forced_fit::{ForcedOptions, MAX_MODES, identify_forced, identify_forced_together};
@@ -63,6 +68,6 @@ pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
 pub use result::{
     CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel,
-    RecordFit, Rejected, SCHEMA_VERSION, Spectrum,
+    RecordFit, Rejected, SCHEMA_VERSION, Spectrum, UncertaintyBox,
 };
 pub use warnings::{Quantity, Warning, WarningKind};

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
-use crate::warnings::Warning;
+use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Version of the JSON shape.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -20,6 +21,12 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// Two standard errors either way; just the value where there is no standard error.
+    fn range(&self) -> [f64; 2] {
+        let reach = if self.stderr.is_finite() { 2.0 * self.stderr } else { 0.0 };
+        [self.value - reach, self.value + reach]
+    }
+
     /// Distance to another estimate in combined standard errors.
     pub fn distance(&self, other: &Self) -> f64 {
         (self.value - other.value).abs() / self.stderr.hypot(other.stderr)
@@ -68,6 +75,77 @@ pub struct IdentifiedMode {
     pub participation: Option<Estimate>,
     /// Second opinions.
     pub cross_checks: Vec<CrossCheck>,
+    /// The mode by amplitude: backbone and damping curve, where the record covers more than one amplitude.
+    #[serde(default)]
+    pub by_amplitude: Vec<AmplitudePoint>,
+    /// What goes with amplitude, clearly and enough to matter; empty for a linear mode.
+    #[serde(default)]
+    pub amplitude_changes: Vec<AmplitudeChange>,
+    /// Where frequency and damping may be, for a shaper that must hold over all of it.
+    #[serde(default)]
+    pub uncertainty_box: UncertaintyBox,
+}
+
+/// Ranges of frequency and damping ratio: two standard errors either way and, where the mode depends on amplitude,
+/// everything between small and large amplitude.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct UncertaintyBox {
+    /// Lowest and highest natural frequency, Hz.
+    pub frequency_hz: [f64; 2],
+    /// Lowest and highest damping ratio.
+    pub damping_ratio: [f64; 2],
+}
+
+impl IdentifiedMode {
+    /// Gives the mode its course over amplitude, what follows from it, and the box.
+    pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>) -> Self {
+        self.amplitude_changes = crate::amplitude::changes(&points);
+        self.by_amplitude = points;
+        let (mut frequency_hz, mut damping_ratio) = (self.frequency_hz.range(), self.damping_ratio.range());
+        for change in &self.amplitude_changes {
+            for point in &self.by_amplitude {
+                let (range, value) = match change.quantity {
+                    Quantity::FrequencyHz => (&mut frequency_hz, point.frequency_hz.value),
+                    Quantity::DampingRatio => (&mut damping_ratio, point.damping_ratio.value),
+                };
+                *range = [range[0].min(value), range[1].max(value)];
+            }
+        }
+        let inside = |range: [f64; 2]| range.map(|end| end.max(0.0));
+        self.uncertainty_box =
+            UncertaintyBox { frequency_hz: inside(frequency_hz), damping_ratio: inside(damping_ratio) };
+        self
+    }
+
+    /// Warnings about the dependence on amplitude, weakness and aliasing.
+    pub(crate) fn own_warnings(&self, nyquist_hz: f64) -> Vec<Warning> {
+        let mode_hz = self.frequency_hz.value;
+        let mut kinds: Vec<WarningKind> = self
+            .amplitude_changes
+            .iter()
+            .map(|change| WarningKind::DependsOnAmplitude {
+                mode_hz,
+                quantity: change.quantity,
+                small: change.small.value,
+                large: change.large.value,
+                stderr: change.small.stderr.hypot(change.large.stderr),
+                small_amplitude: change.small_amplitude,
+                large_amplitude: change.large_amplitude,
+            })
+            .collect();
+        let damping_share = self.damping_ratio.stderr / self.damping_ratio.value;
+        if damping_share.is_finite() && damping_share > 0.2 {
+            kinds.push(WarningKind::WeakMode { mode_hz, amplitude: self.amplitude.value, damping_share });
+        }
+        if mode_hz > 0.8 * nyquist_hz {
+            kinds.push(WarningKind::MayBeAliased {
+                mode_hz,
+                nyquist_hz,
+                image_hz: 2.0 * nyquist_hz - mode_hz,
+            });
+        }
+        kinds.into_iter().map(Warning::from).collect()
+    }
 }
 
 /// Frequency response output/input (H1, Hamming window, averaged segments), as recorded: no scaling, no

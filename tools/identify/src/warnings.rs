@@ -151,6 +151,86 @@ pub enum WarningKind {
         /// Amplitude of the mode in the second one, in the output's unit.
         second_amplitude: f64,
     },
+    /// Stamps are farther apart than usual: samples were dropped. They are fitted as they are, not filled in.
+    MissingSamples {
+        /// The recording.
+        recording: String,
+        /// How many samples would fill the gaps.
+        count: usize,
+        /// How many gaps.
+        gaps: usize,
+        /// The longest gap, s.
+        longest_s: f64,
+        /// Where it begins, s.
+        at_s: f64,
+    },
+    /// Stamps are closer than half the usual interval: samples were delivered twice, or stamped wrongly.
+    CrowdedSamples {
+        /// The recording.
+        recording: String,
+        /// How many.
+        count: usize,
+        /// The first one, s.
+        at_s: f64,
+    },
+    /// The intervals scatter.
+    UnevenStamps {
+        /// The recording.
+        recording: String,
+        /// Standard deviation of the intervals, as a share of the usual one.
+        scatter: f64,
+    },
+    /// Samples repeat the one before while the signal moves: frames delivered twice.
+    RepeatedSamples {
+        /// The recording.
+        recording: String,
+        /// How many.
+        count: usize,
+        /// The first one, s.
+        at_s: f64,
+    },
+    /// A mode close to half the sampling rate may be the image of one above it.
+    MayBeAliased {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Half the sampling rate, Hz.
+        nyquist_hz: f64,
+        /// Where the original would be, Hz.
+        image_hz: f64,
+    },
+    /// The record hardly shows the mode.
+    WeakMode {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Its largest amplitude, in the output's unit.
+        amplitude: f64,
+        /// Standard error of its damping ratio as a share of it.
+        damping_share: f64,
+    },
+    /// A driven line in the spectrum, which is no mode.
+    ToneInRecord {
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+        /// How it was recognised.
+        reason: String,
+    },
+    /// A mode's frequency or damping goes with its amplitude: the structure is not linear.
+    DependsOnAmplitude {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// What changes.
+        quantity: Quantity,
+        /// Value at the small amplitude.
+        small: f64,
+        /// Value at the large amplitude.
+        large: f64,
+        /// Combined standard error.
+        stderr: f64,
+        /// The small amplitude, in the output's unit.
+        small_amplitude: f64,
+        /// The large amplitude.
+        large_amplitude: f64,
+    },
     /// The input has a gap that the interpolation had to bridge.
     InputGap {
         /// Where it begins, s.
@@ -205,6 +285,34 @@ impl WarningKind {
                 "mode at {mode_hz:.4} Hz: its {} is {first:.6} at amplitude {first_amplitude:.3e} and {second:.6} at {second_amplitude:.3e}, {:.1} standard errors apart: the structure is not linear, or changed",
                 quantity.words(),
                 (first - second).abs() / stderr
+            ),
+            Self::MissingSamples { recording, count, gaps, longest_s, at_s } => format!(
+                "{recording}: {count} samples are missing in {gaps} gaps of the time stamps, the longest {longest_s:.4} s after {at_s:.4} s; the rest is fitted where it is"
+            ),
+            Self::CrowdedSamples { recording, count, at_s } => format!(
+                "{recording}: {count} samples come less than half the usual interval after the one before, the first at {at_s:.4} s: delivered twice, or stamped wrongly"
+            ),
+            Self::UnevenStamps { recording, scatter } => format!(
+                "{recording}: the intervals between samples scatter by {:.0} %; they are fitted as stamped, so the stamps must be those of the exposure, not of the arrival",
+                100.0 * scatter
+            ),
+            Self::RepeatedSamples { recording, count, at_s } => format!(
+                "{recording}: {count} samples repeat the one before while the signal moves, the first at {at_s:.4} s: frames delivered twice; leave their cells empty"
+            ),
+            Self::MayBeAliased { mode_hz, nyquist_hz, image_hz } => format!(
+                "mode at {mode_hz:.4} Hz is close to half the sampling rate ({nyquist_hz:.2} Hz): it may be the image of one at {image_hz:.2} Hz; sample faster to tell"
+            ),
+            Self::WeakMode { mode_hz, amplitude, damping_share } => format!(
+                "mode at {mode_hz:.4} Hz is weak (amplitude {amplitude:.2e}; its damping ratio is known to ±{:.0} %): excite it more before shaping for it",
+                100.0 * damping_share
+            ),
+            Self::ToneInRecord { frequency_hz, reason } => {
+                format!("the line at {frequency_hz:.2} Hz is a forced tone, not a mode: {reason}")
+            }
+            Self::DependsOnAmplitude { mode_hz, quantity, small, large, stderr, small_amplitude, large_amplitude } => format!(
+                "mode at {mode_hz:.4} Hz: its {} goes from {small:.6} at amplitude {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart: the structure is not linear; `stillbeam diagnose` looks for the reason",
+                quantity.words(),
+                (small - large).abs() / stderr
             ),
             Self::InputGap { start_s, length_s } => format!(
                 "the input is missing for {length_s:.4} s from {start_s:.4} s on and was interpolated there"

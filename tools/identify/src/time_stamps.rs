@@ -1,0 +1,131 @@
+//! What the stamps and the samples of a recording say about the recorder: gaps, doublets, jitter, frozen samples.
+
+use crate::warnings::{Warning, WarningKind};
+
+/// Intervals beyond this many usual ones are gaps, below the other they are doublets.
+const GAP: f64 = 1.5;
+const DOUBLET: f64 = 0.5;
+/// Scatter of the remaining intervals, as a share, that is worth a word: rounded stamps stay below.
+const JITTER: f64 = 0.05;
+/// A repeated sample is suspicious where the signal moves by this many of its steps around it.
+const MOVES: f64 = 8.0;
+
+/// Warnings about the stamps and the values of one column's present samples.
+pub(crate) fn stamp_warnings(recording: &str, time_s: &[f64], values: &[f64]) -> Vec<Warning> {
+    let intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    if intervals.len() < 3 {
+        return Vec::new();
+    }
+    let mut sorted = intervals.clone();
+    let middle = sorted.len() / 2;
+    let usual = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let recording = recording.to_owned();
+    let mut kinds = Vec::new();
+
+    let gaps: Vec<usize> = (0..intervals.len()).filter(|k| intervals[*k] > GAP * usual).collect();
+    if let Some(&longest) = gaps.iter().max_by(|a, b| intervals[**a].total_cmp(&intervals[**b])) {
+        kinds.push(WarningKind::MissingSamples {
+            recording: recording.clone(),
+            count: gaps.iter().map(|k| (intervals[*k] / usual).round() as usize - 1).sum(),
+            gaps: gaps.len(),
+            longest_s: intervals[longest],
+            at_s: time_s[longest],
+        });
+    }
+    let doublets: Vec<usize> = (0..intervals.len()).filter(|k| intervals[*k] < DOUBLET * usual).collect();
+    if let Some(&first) = doublets.first() {
+        kinds.push(WarningKind::CrowdedSamples {
+            recording: recording.clone(),
+            count: doublets.len(),
+            at_s: time_s[first],
+        });
+    }
+    let ordinary: Vec<f64> =
+        intervals.iter().map(|h| h / usual).filter(|h| (DOUBLET..GAP).contains(h)).collect();
+    let mean = ordinary.iter().sum::<f64>() / ordinary.len().max(1) as f64;
+    let scatter =
+        (ordinary.iter().map(|h| (h - mean).powi(2)).sum::<f64>() / ordinary.len().max(1) as f64).sqrt();
+    if scatter > JITTER {
+        kinds.push(WarningKind::UnevenStamps { recording: recording.clone(), scatter });
+    }
+    let frozen = repeated(values);
+    if let Some(&first) = frozen.first() {
+        kinds.push(WarningKind::RepeatedSamples { recording, count: frozen.len(), at_s: time_s[first] });
+    }
+    kinds.into_iter().map(Warning::from).collect()
+}
+
+/// Samples that repeat the one before although the signal is on the move: a frame delivered twice.
+fn repeated(values: &[f64]) -> Vec<usize> {
+    let steps = values.windows(2).map(|v| (v[1] - v[0]).abs()).filter(|step| *step > 0.0);
+    let smallest = steps.fold(f64::INFINITY, f64::min);
+    let most = values.iter().fold(f64::NEG_INFINITY, |top, v| top.max(*v));
+    let least = values.iter().fold(f64::INFINITY, |low, v| low.min(*v));
+    (1..values.len().saturating_sub(2))
+        .filter(|&k| {
+            let [before, last, here, next] = [k.saturating_sub(2), k - 1, k, k + 1].map(|k| values[k]);
+            let into = (last - before).abs();
+            let out = (next - here).abs();
+            // At the limit of the range it is clipping, which has its own warning.
+            here == last
+                && here != most
+                && here != least
+                && into.min(out) > MOVES * smallest
+                && into.min(out) > 0.01 * (most - least)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sine(n: usize) -> (Vec<f64>, Vec<f64>) {
+        let time_s: Vec<f64> = (0..n).map(|k| 0.01 * k as f64).collect();
+        let values = time_s.iter().map(|t| (7.0 * t).sin()).collect();
+        (time_s, values)
+    }
+
+    #[test]
+    fn a_clean_record_has_no_warnings_even_when_its_stamps_are_rounded_or_its_values_quantised() {
+        let (time_s, values) = sine(2000);
+        assert!(stamp_warnings("r", &time_s, &values).is_empty());
+        let rounded: Vec<f64> = (0..2000).map(|k| (f64::from(k) / 1651.613 * 1e6).round() / 1e6).collect();
+        assert!(stamp_warnings("r", &rounded, &values).is_empty());
+        for steps in [10.0, 100.0, 1000.0] {
+            let coarse: Vec<f64> = values.iter().map(|v| (v * steps).round() / steps).collect();
+            assert!(stamp_warnings("r", &time_s, &coarse).is_empty(), "{steps}");
+        }
+    }
+
+    #[test]
+    fn dropped_doubled_and_jittered_samples_are_each_named() {
+        let (mut time_s, mut values) = sine(2000);
+        time_s.drain(500..503);
+        values.drain(500..503);
+        let found = stamp_warnings("r", &time_s, &values);
+        assert!(
+            matches!(found[0].kind, WarningKind::MissingSamples { count: 3, gaps: 1, at_s, .. } if (at_s - 4.99).abs() < 1e-9),
+            "{found:?}"
+        );
+        time_s.insert(101, time_s[100] + 0.001);
+        values.insert(101, values[100]);
+        let found = stamp_warnings("r", &time_s, &values);
+        assert!(found.iter().any(|w| matches!(w.kind, WarningKind::CrowdedSamples { count: 1, .. })));
+
+        let (time_s, mut values) = sine(2000);
+        for k in [300, 901] {
+            values[k] = values[k - 1];
+        }
+        let found = stamp_warnings("r", &time_s, &values);
+        assert!(
+            matches!(found.as_slice(), [Warning { kind: WarningKind::RepeatedSamples { count: 2, .. }, .. }]),
+            "{found:?}"
+        );
+        let (time_s, values) = sine(2000);
+        let uneven: Vec<f64> =
+            time_s.iter().enumerate().map(|(k, t)| t + 0.002 * ((k * k) as f64).sin()).collect();
+        let found = stamp_warnings("r", &uneven, &values);
+        assert!(found.iter().any(|w| matches!(w.kind, WarningKind::UnevenStamps { .. })), "{found:?}");
+    }
+}

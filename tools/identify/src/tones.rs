@@ -1,0 +1,235 @@
+//! Lines of a spectrum that are driven and not structural: forced tones.
+//!
+//! A mode left alone decays; what keeps its amplitude over many periods is driven. A line is called a tone when
+//! its own band holds its amplitude over a stretch of the record and either ends abruptly, faster than anything that
+//! rings so long could, or shows no decay at all, or keeps step with the mains or with another tone.
+
+use crate::decay_modes::Uniform;
+use crate::narrow_band::{NarrowBand, WholeSpectrum};
+use crate::result::{Estimate, Rejected};
+use crate::spectra::{Window, density, local_median, peaks, prominence};
+use crate::warnings::{Warning, WarningKind};
+
+/// A driven line.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tone {
+    pub(crate) frequency_hz: Estimate,
+    /// Damping ratio that its width would mean.
+    pub(crate) damping_ratio: f64,
+    /// When it sounds, s from the beginning of the record.
+    pub(crate) window_s: [f64; 2],
+    pub(crate) reason: String,
+}
+
+impl Tone {
+    /// Whether a frequency is this line's, within a bin or two of a spectrum.
+    pub(crate) fn is_at(&self, frequency_hz: f64, bin_hz: f64) -> bool {
+        (self.frequency_hz.value - frequency_hz).abs() < (2.0 * bin_hz).min(0.01 * frequency_hz)
+    }
+
+    /// What a reader must know, and the entry in the list of what is not in the result.
+    pub(crate) fn told(&self) -> (Warning, Rejected) {
+        let frequency_hz = self.frequency_hz.value;
+        let reason = self.reason.clone();
+        let pole = Rejected::Pole {
+            frequency_hz,
+            damping_ratio: Some(self.damping_ratio),
+            reason: format!("a forced tone: {reason}"),
+        };
+        (WarningKind::ToneInRecord { frequency_hz, reason }.into(), pole)
+    }
+}
+
+/// Peaks this far above the floor around them (a power ratio, 17 dB) are looked at, so many at most.
+const ABOVE_FLOOR: f64 = 50.0;
+const MOST: usize = 10;
+/// Share of its largest amplitude that a tone holds while it sounds.
+const HELD: f64 = 0.5;
+/// Nepers by which a tone's amplitude may fall over its stretch.
+const FALL: f64 = 0.3;
+/// Band samples and periods that a stretch must have.
+const SAMPLES: usize = 12;
+const PERIODS: f64 = 25.0;
+/// Share of the stretch's energy that one steady oscillation must explain.
+const STEADY: f64 = 0.6;
+/// How near, as a share, a line must be to a multiple of the mains or of another tone.
+const LOCKED: f64 = 2e-3;
+
+/// The forced tones of a uniform record.
+pub(crate) fn find_tones(uniform: &Uniform) -> Vec<Tone> {
+    let signal = uniform.without_mean();
+    let n = signal.len();
+    let segment = (n / 8).max(n.min(512));
+    let spectrum = density(&signal, uniform.interval_s, segment, Window::Hann).density;
+    let bin_hz = 1.0 / (segment as f64 * uniform.interval_s);
+    let whole = WholeSpectrum::new(&signal, uniform.interval_s);
+    let standing = peaks(&spectrum, 2).into_iter().filter(|&k| {
+        k > 3
+            && prominence(&spectrum, k) > 4.0
+            && spectrum[k] > ABOVE_FLOOR * local_median(&spectrum, k, (k / 3).max(24))
+    });
+    let held: Vec<Held> =
+        standing.take(MOST).filter_map(|k| held(&whole, k as f64 * bin_hz, bin_hz)).collect();
+    held.iter().filter_map(|line| line.as_tone(&held)).collect()
+}
+
+/// A line that keeps its amplitude for a while.
+struct Held {
+    frequency_hz: Estimate,
+    damping_ratio: f64,
+    window_s: [f64; 2],
+    /// Nepers by which it falls over its stretch.
+    fall: f64,
+    /// Whether it ends, or begins and ends, faster than it could ring down.
+    abrupt: bool,
+}
+
+fn held(whole: &WholeSpectrum, frequency_hz: f64, bin_hz: f64) -> Option<Held> {
+    let band = whole.narrow_band(frequency_hz, (4.0 * bin_hz).min(0.4 * frequency_hz), 2);
+    let size: Vec<f64> = band.amplitude.iter().map(|z| z.norm()).collect();
+    let largest = size.iter().fold(0.0_f64, |top, a| top.max(*a));
+    let (start, end) = longest_run(&size, HELD * largest)?;
+    // The taper of the band smears the ends over a few samples.
+    let inner = start + 2..end.saturating_sub(2);
+    let step_s = band.time_s.get(1)? - band.time_s[0];
+    let length_s = (end - start) as f64 * step_s;
+    if inner.len() < SAMPLES || length_s * frequency_hz < PERIODS {
+        return None;
+    }
+    let found = band.fit(inner)?;
+    if found.explained < STEADY {
+        return None;
+    }
+    let omega = std::f64::consts::TAU * found.pole.frequency_hz;
+    let fall = found.damping_ratio.value * omega * length_s;
+    Some(Held {
+        frequency_hz: found.frequency_hz,
+        damping_ratio: found.damping_ratio.value,
+        window_s: [band.time_s[start], band.time_s[end - 1]],
+        fall,
+        abrupt: ends_abruptly(&band, &size, end, length_s),
+    })
+}
+
+/// The longest run of samples above a level.
+fn longest_run(size: &[f64], level: f64) -> Option<(usize, usize)> {
+    let mut best = None;
+    let mut start = None;
+    for k in 0..=size.len() {
+        match (size.get(k).is_some_and(|a| *a >= level), start) {
+            (true, None) => start = Some(k),
+            (false, Some(from)) => {
+                if best.is_none_or(|(a, b)| k - from > b - a) {
+                    best = Some((from, k));
+                }
+                start = None;
+            }
+            _ => {}
+        }
+    }
+    best
+}
+
+/// Whether the amplitude is gone within a sixth of the stretch over which it was held.
+fn ends_abruptly(band: &NarrowBand, size: &[f64], end: usize, length_s: f64) -> bool {
+    let Some(step_s) = band.time_s.get(1).map(|t| t - band.time_s[0]) else { return false };
+    let after = end + ((length_s / 6.0 / step_s) as usize).max(4);
+    let stretch = &size[..end];
+    let level = stretch.iter().sum::<f64>() / stretch.len().max(1) as f64;
+    size.get(after).is_some_and(|a| *a < 0.2 * level.max(size[end - 1]))
+}
+
+impl Held {
+    /// Why the line is a tone, if it is one.
+    fn as_tone(&self, all: &[Held]) -> Option<Tone> {
+        if self.fall > FALL {
+            return None;
+        }
+        let [from_s, to_s] = self.window_s;
+        let mut reasons = Vec::new();
+        if self.abrupt {
+            reasons.push(format!(
+                "it keeps its amplitude from {from_s:.2} s to {to_s:.2} s and then stops at once, which nothing that rings freely does"
+            ));
+        }
+        if self.fall.abs() < 0.05 {
+            reasons.push(format!("it does not decay within {:.2} s", to_s - from_s));
+        }
+        if let Some(multiple) = mains_multiple(self.frequency_hz.value) {
+            reasons.push(format!("it is {multiple}"));
+        }
+        if let Some((order, base_hz)) = self.harmonic_of(all) {
+            reasons.push(format!("it keeps step with the line at {base_hz:.2} Hz as its harmonic {order}"));
+        }
+        (!reasons.is_empty()).then(|| Tone {
+            frequency_hz: self.frequency_hz,
+            damping_ratio: self.damping_ratio,
+            window_s: self.window_s,
+            reason: reasons.join("; "),
+        })
+    }
+
+    fn harmonic_of(&self, all: &[Held]) -> Option<(f64, f64)> {
+        all.iter().find_map(|other| {
+            let ratio = self.frequency_hz.value / other.frequency_hz.value;
+            let order = ratio.round();
+            ((2.0..=8.0).contains(&order) && (ratio / order - 1.0).abs() < LOCKED)
+                .then_some((order, other.frequency_hz.value))
+        })
+    }
+}
+
+/// Which multiple of a mains frequency a line is, if it is one of the first dozen.
+fn mains_multiple(frequency_hz: f64) -> Option<String> {
+    [50.0, 60.0].into_iter().find_map(|mains_hz: f64| {
+        let order = (frequency_hz / mains_hz).round();
+        let near = (frequency_hz / (order * mains_hz) - 1.0).abs() < LOCKED;
+        ((1.0..=12.0).contains(&order) && near).then(|| format!("{order} times the mains' {mains_hz} Hz"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn uniform(signal: impl Fn(f64) -> f64) -> Uniform {
+        let time_s: Vec<f64> = (0..6000).map(|k| f64::from(k) / 2000.0).collect();
+        let mut state = 7_u64;
+        let values: Vec<f64> = time_s
+            .iter()
+            .map(|t| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                signal(*t) + 0.1 * ((state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5)
+            })
+            .collect();
+        Uniform::new(&time_s, &values)
+    }
+
+    #[test]
+    fn a_line_that_stops_at_once_and_its_harmonic_are_tones() {
+        let found = find_tones(&uniform(|t| match t {
+            0.5..2.0 => (TAU * 353.7 * t).sin() + 0.5 * (TAU * 707.4 * t).cos(),
+            _ => 0.0,
+        }));
+        let frequencies: Vec<f64> = found.iter().map(|tone| tone.frequency_hz.value).collect();
+        for wanted in [353.7, 707.4] {
+            assert!(frequencies.iter().any(|f| (f - wanted).abs() < 0.1), "{found:?}");
+        }
+        assert!(found.iter().all(|tone| tone.reason.contains("at once")), "{found:?}");
+    }
+
+    #[test]
+    fn hum_is_a_tone_and_modes_of_any_damping_are_not() {
+        let found = find_tones(&uniform(|t| (TAU * 100.0 * t).sin()));
+        assert!(found[0].reason.contains("2 times the mains"), "{found:?}");
+        for damping in [0.0005, 0.002, 0.01, 0.05] {
+            let ringing = |t: f64| (-damping * TAU * 353.7 * t).exp() * (TAU * 353.7 * t).sin();
+            assert!(
+                find_tones(&uniform(ringing)).is_empty(),
+                "{damping}: {:?}",
+                find_tones(&uniform(ringing))
+            );
+        }
+    }
+}

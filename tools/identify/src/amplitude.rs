@@ -42,6 +42,21 @@ pub struct AmplitudeChange {
     pub large_amplitude: f64,
 }
 
+impl AmplitudeChange {
+    /// The change of the mode at `mode_hz`, in words.
+    pub(crate) fn words(&self, mode_hz: f64) -> String {
+        format!(
+            "the {} of the mode at {mode_hz:.4} Hz is {:.6} at amplitude {:.2e} and {:.6} at {:.2e} ({:.1} standard errors apart)",
+            self.quantity.words(),
+            self.small.value,
+            self.small_amplitude,
+            self.large.value,
+            self.large_amplitude,
+            self.small.distance(&self.large)
+        )
+    }
+}
+
 /// Standard errors from which a change counts.
 const CLEAR: f64 = 4.0;
 /// Shares of frequency and of damping from which it matters to a shaper.

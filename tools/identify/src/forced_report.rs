@@ -12,8 +12,8 @@ use crate::modal_response::Pole;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RecordFit,
-    SCHEMA_VERSION, UncertaintyBox,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, NoiseModel,
+    RecordFit, SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::separable::Projected;
 use crate::tall::dot;
@@ -70,6 +70,7 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
     let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
     IdentifiedModes {
         schema_version: SCHEMA_VERSION,
+        linearity: Linearity::of(&modes),
         recording: names(model.records),
         input: Some(first.input_column.clone()),
         output: first.output_column.clone(),

@@ -14,7 +14,7 @@ use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
 use crate::noise::{Refined, refine};
 use crate::result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, RecordFit, Rejected,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, RecordFit, Rejected,
     SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::ringing::{DecayRecord, Ringing};
@@ -249,6 +249,7 @@ fn report(
     };
     IdentifiedModes {
         schema_version: SCHEMA_VERSION,
+        linearity: Linearity::of(&modes),
         recording: record.name.clone(),
         input: None,
         output: record.column.clone(),

@@ -67,7 +67,7 @@ pub use levenberg_marquardt::StopReason;
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
 pub use result::{
-    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel,
-    RecordFit, Rejected, SCHEMA_VERSION, Spectrum, UncertaintyBox,
+    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict,
+    Method, ModelStep, NoiseModel, RecordFit, Rejected, SCHEMA_VERSION, Spectrum, UncertaintyBox,
 };
 pub use warnings::{Quantity, Warning, WarningKind};

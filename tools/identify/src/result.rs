@@ -97,6 +97,15 @@ pub struct UncertaintyBox {
 }
 
 impl IdentifiedMode {
+    /// Widens the box to hold another one, of the same mode in another recording.
+    #[must_use]
+    pub fn with_box_over(mut self, other: &UncertaintyBox) -> Self {
+        let over = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        self.uncertainty_box.frequency_hz = over(self.uncertainty_box.frequency_hz, other.frequency_hz);
+        self.uncertainty_box.damping_ratio = over(self.uncertainty_box.damping_ratio, other.damping_ratio);
+        self
+    }
+
     /// Gives the mode its course over amplitude, what follows from it, and the box.
     pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>) -> Self {
         self.amplitude_changes = crate::amplitude::changes(&points);
@@ -170,6 +179,67 @@ pub struct Spectrum {
     pub frequency_hz: Vec<f64>,
     /// Output unit squared per Hz.
     pub density: Vec<f64>,
+}
+
+/// Whether the structure answered as a linear one, as far as the records can tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LinearityVerdict {
+    /// No mode was seen at amplitudes far enough apart to tell.
+    #[default]
+    NotTested,
+    /// Modes were seen at different amplitudes and stayed the same.
+    Linear,
+    /// A mode's frequency or damping goes with its amplitude.
+    NotLinear,
+}
+
+/// The verdict, and a sentence with its numbers.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Linearity {
+    /// The verdict.
+    pub verdict: LinearityVerdict,
+    /// The sentence.
+    pub statement: String,
+}
+
+impl Linearity {
+    /// What modes say by their course over amplitude.
+    pub fn of(modes: &[IdentifiedMode]) -> Self {
+        let changes: Vec<String> = modes
+            .iter()
+            .flat_map(|mode| {
+                let hz = mode.frequency_hz.value;
+                mode.amplitude_changes.iter().map(move |change| change.words(hz))
+            })
+            .collect();
+        let spans = |mode: &&IdentifiedMode| {
+            let sizes = mode.by_amplitude.iter().map(|point| point.amplitude);
+            let largest = sizes.clone().fold(0.0, f64::max);
+            largest > 2.0 * sizes.fold(f64::INFINITY, f64::min)
+        };
+        let tested = modes.iter().filter(spans).count();
+        let (verdict, statement) = if !changes.is_empty() {
+            let what = changes.join("; ");
+            (
+                LinearityVerdict::NotLinear,
+                format!("The structure is not linear: {what}. `stillbeam diagnose` looks for the reason."),
+            )
+        } else if tested > 0 {
+            (
+                LinearityVerdict::Linear,
+                format!(
+                    "No change with amplitude in the {tested} modes that were seen at amplitudes a factor of two or more apart."
+                ),
+            )
+        } else {
+            (
+                LinearityVerdict::NotTested,
+                "No mode was seen at amplitudes far enough apart to tell whether the structure is linear; record at two levels of excitation.".to_owned(),
+            )
+        };
+        Self { verdict, statement }
+    }
 }
 
 /// What was taken of the noise.
@@ -300,6 +370,9 @@ pub struct IdentifiedModes {
     /// The recordings that were fitted together.
     #[serde(default)]
     pub records: Vec<RecordFit>,
+    /// Whether the structure answered as a linear one.
+    #[serde(default)]
+    pub linearity: Linearity,
     /// What was taken of the noise.
     #[serde(default)]
     pub noise: NoiseModel,

@@ -29,7 +29,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Self::FrequencyHz => "frequency (Hz)",
             Self::DampingRatio => "damping ratio",

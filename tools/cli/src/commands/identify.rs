@@ -1,13 +1,16 @@
 //! `stillbeam identify`: modes from recordings.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use stillbeam_identify::frf::UniformRecord;
 use stillbeam_identify::poles::{Survey, survey_decay_of, survey_forced};
 use stillbeam_identify::{
-    ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, identify_forced, identify_free_decay,
+    ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputQuantity,
+    identify_forced, identify_forced_together, identify_free_decay,
 };
+use stillbeam_plant::{BASE_POSITION, SETPOINT};
+use stillbeam_recording::Recording;
 
 use crate::error::CliError;
 use crate::identification::columns::output_column;
@@ -21,7 +24,8 @@ use crate::streams::{Streams, json_on_stdout};
 /// Natural frequencies and damping ratios, with standard errors, from recordings.
 ///
 /// With --input the record is a forced one (a sweep, say) and the input may be a base position (unit m), a base
-/// acceleration (m_s2) or a force (N). Without it the record is a free decay.
+/// acceleration (m_s2) or a force (N). Without it the record is a free decay. Several forced recordings are also fitted
+/// together: same modes, each with its own initial state and offset.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -39,6 +43,21 @@ pub struct IdentifyArgs {
     output: Option<String>,
     #[command(flatten)]
     reading: ReadArgs,
+    /// What the input is, where its unit does not say
+    #[arg(long, value_name = "KIND")]
+    input_kind: Option<InputMeaning>,
+    /// What the output is, where its unit does not say
+    #[arg(long, value_name = "QUANTITY")]
+    output_quantity: Option<OutputMeaning>,
+    /// Take the input as given even where the base's position was recorded
+    #[arg(long)]
+    keep_input: bool,
+    /// The longest delay of the output behind the input that may be found, s; kept only where the record calls for one
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.05, allow_negative_numbers = true)]
+    max_delay: f64,
+    /// Where the free decay begins, s; by default at the largest deflection
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    start: Option<f64>,
     /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those that
     /// explain most of it
     #[arg(long, value_name = "N")]
@@ -49,7 +68,8 @@ pub struct IdentifyArgs {
     /// Write a report with plots to this file
     #[arg(long, value_name = "FILE.html")]
     report: Option<String>,
-    /// Write a modal model for `simulate` to this file, from the first recording
+    /// Write a modal model for `simulate` to this file, from all recordings together where they are forced, else from
+    /// the first one
     #[arg(long, value_name = "FILE.toml")]
     model_out: Option<String>,
 }
@@ -60,12 +80,25 @@ impl IdentifyArgs {
             self.recordings.iter().map(PathBuf::as_path),
             [self.json.as_deref(), self.report.as_deref(), self.model_out.as_deref()],
         )?;
-        let results: Vec<IdentifiedModes> =
-            self.recordings.iter().map(|path| self.identify(path, streams)).collect::<Result<_, _>>()?;
-        let combined = combine(&results);
+        let recordings: Vec<Recording> =
+            self.recordings.iter().map(|path| self.reading.read(path, streams)).collect::<Result<_, _>>()?;
+        let input = self.input(&recordings, streams)?;
+        let results: Vec<IdentifiedModes> = recordings
+            .iter()
+            .map(|recording| self.identify(recording, input.as_deref(), streams))
+            .collect::<Result<_, _>>()?;
+        let together = match (&input, recordings.len()) {
+            (Some(input), 2..) => {
+                let all: Vec<&Recording> = recordings.iter().collect();
+                Some(identify_forced_together(&all, &self.forced_options(input, &recordings[0])?)?)
+            }
+            _ => None,
+        };
+        let combined = combine(&results, together.as_ref());
         for warning in &combined.warnings {
             streams.say(&format!("warning: {}", warning.message));
         }
+        streams.say(&combined.linearity.statement);
         if !json_on_stdout(self.json.as_deref()) {
             for result in &results {
                 print_modes(streams, &result.recording, &result.modes)?;
@@ -81,15 +114,19 @@ impl IdentifyArgs {
             }
         }
         if let Some(file) = &self.report {
-            let pairs = self.recordings.iter().zip(&results);
-            let surveys: Vec<Survey> =
-                pairs.map(|(path, result)| self.survey(path, result)).collect::<Result<_, _>>()?;
-            streams.write_text(file, &identify_page(&results, &surveys))?;
+            let surveys: Vec<Survey> = recordings
+                .iter()
+                .zip(&results)
+                .map(|(recording, result)| survey(recording, result))
+                .collect::<Result<_, _>>()?;
+            let alone = results.iter().zip(surveys.iter().map(Some));
+            let pages: Vec<_> = together.iter().map(|all| (all, None)).chain(alone).collect();
+            streams.write_text(file, &identify_page(&pages))?;
         }
-        match (&self.model_out, results.first()) {
-            (Some(file), Some(first)) => {
-                let text = modal_model_text(first)?;
-                if first.input.is_none() {
+        match (&self.model_out, together.as_ref().or(results.first())) {
+            (Some(file), Some(best)) => {
+                let text = modal_model_text(best)?;
+                if best.input.is_none() {
                     streams.say("a free decay does not show participations: the model has 1 for each");
                 }
                 streams.write_text(file, &text)
@@ -98,38 +135,103 @@ impl IdentifyArgs {
         }
     }
 
-    /// What the classical methods see in a recording that was identified.
-    fn survey(&self, path: &Path, result: &IdentifiedModes) -> Result<Survey, CliError> {
-        // Whatever there is to say about the file was said when it was read for the fit.
-        let mut quiet = Streams { out: &mut std::io::sink(), messages: &mut std::io::sink() };
-        let recording = self.reading.read(path, &mut quiet)?;
-        let highest_hz = result.modes.iter().map(|mode| mode.frequency_hz.value).fold(0.0, f64::max);
-        Ok(match &result.input {
-            Some(input) => {
-                survey_forced(&UniformRecord::from_recording(&recording, input, &result.output)?, None)
-            }
-            None => survey_decay_of(&recording, &result.output, result.window_s, 1.3 * highest_hz)?,
+    /// The input column: the one asked for, or the base's position where every recording holds that and it lies between
+    /// the one asked for and the response.
+    fn input(&self, recordings: &[Recording], streams: &mut Streams<'_>) -> Result<Option<String>, CliError> {
+        let Some(asked) = &self.input else { return Ok(None) };
+        let measured = |recording: &Recording| {
+            let present = |samples: &[f64]| samples.iter().filter(|y| y.is_finite()).count();
+            recording.column(BASE_POSITION).is_ok_and(|samples| 2 * present(samples) > samples.len())
+        };
+        let upstream = asked == SETPOINT || asked == "command_m";
+        if self.keep_input || !upstream || !recordings.iter().all(measured) {
+            return Ok(Some(asked.clone()));
+        }
+        for recording in recordings {
+            recording.column(asked)?;
+        }
+        streams.say(&format!(
+            "{BASE_POSITION} was recorded and is taken as the input: what the drive makes of {asked} is then no matter (--keep-input takes {asked})"
+        ));
+        Ok(Some(BASE_POSITION.to_owned()))
+    }
+
+    fn forced_options(&self, input: &str, recording: &Recording) -> Result<ForcedOptions, CliError> {
+        let output = output_column(recording, Some(input), self.output.as_deref())?;
+        Ok(ForcedOptions {
+            modes: self.modes,
+            input_kind: self.input_kind.map(InputKind::from),
+            output_quantity: self.output_quantity.map(OutputQuantity::from),
+            max_delay_s: self.max_delay,
+            ..ForcedOptions::new(input, output)
         })
     }
 
-    fn identify(&self, path: &Path, streams: &mut Streams<'_>) -> Result<IdentifiedModes, CliError> {
-        let recording = self.reading.read(path, streams)?;
-        let input = self.input.as_deref();
-        let output = output_column(&recording, input, self.output.as_deref())?;
+    fn identify(
+        &self,
+        recording: &Recording,
+        input: Option<&str>,
+        streams: &mut Streams<'_>,
+    ) -> Result<IdentifiedModes, CliError> {
+        let output = output_column(recording, input, self.output.as_deref())?;
         let chosen = if self.output.is_none() { " (chosen; --output names another)" } else { "" };
         let kind = input.map_or_else(|| "free decay".to_owned(), |input| format!("input {input}"));
         streams.say(&format!("{}: {kind}, output {output}{chosen}", recording.name));
         let identified = match input {
-            Some(input) => identify_forced(
-                &recording,
-                &ForcedOptions { modes: self.modes, ..ForcedOptions::new(input, output) },
-            )?,
+            Some(input) => identify_forced(recording, &self.forced_options(input, recording)?)?,
             None => identify_free_decay(
-                &recording,
-                &FreeDecayOptions { modes: self.modes, ..FreeDecayOptions::new(output) },
+                recording,
+                &FreeDecayOptions { modes: self.modes, start_s: self.start, ..FreeDecayOptions::new(output) },
             )?,
         };
         Ok(identified)
+    }
+}
+
+/// What the classical methods see in a recording that was identified.
+fn survey(recording: &Recording, result: &IdentifiedModes) -> Result<Survey, CliError> {
+    let highest_hz = result.modes.iter().map(|mode| mode.frequency_hz.value).fold(0.0, f64::max);
+    Ok(match &result.input {
+        Some(input) => {
+            survey_forced(&UniformRecord::from_recording(recording, input, &result.output)?, None)
+        }
+        None => survey_decay_of(recording, &result.output, result.window_s, 1.3 * highest_hz)?,
+    })
+}
+
+/// What an input column is, where its unit does not say.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum InputMeaning {
+    Force,
+    BasePosition,
+    BaseAcceleration,
+}
+
+impl From<InputMeaning> for InputKind {
+    fn from(meaning: InputMeaning) -> Self {
+        match meaning {
+            InputMeaning::Force => Self::Force,
+            InputMeaning::BasePosition => Self::BasePosition,
+            InputMeaning::BaseAcceleration => Self::BaseAcceleration,
+        }
+    }
+}
+
+/// What an output column is, where its unit does not say.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum OutputMeaning {
+    Position,
+    Velocity,
+    Acceleration,
+}
+
+impl From<OutputMeaning> for OutputQuantity {
+    fn from(meaning: OutputMeaning) -> Self {
+        match meaning {
+            OutputMeaning::Position => Self::Position,
+            OutputMeaning::Velocity => Self::Velocity,
+            OutputMeaning::Acceleration => Self::Acceleration,
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! One set of modes from several recordings of the same structure.
 
 use serde::Serialize;
-use stillbeam_identify::{Estimate, IdentifiedMode, IdentifiedModes, Quantity, Warning, WarningKind};
+use stillbeam_identify::{
+    Estimate, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict, Quantity, Warning, WarningKind,
+};
 
 /// How far (a fraction) two recordings' frequencies may differ and still be one mode.
 const SAME_MODE: f64 = 0.05;
@@ -14,35 +16,89 @@ const DISAGREEMENT: f64 = 3.0;
 pub struct CombinedModes<'r> {
     /// As in [`IdentifiedModes`].
     pub schema_version: u32,
-    /// The modes that all recordings show, means weighted by the inverse variances.
+    /// The modes of all recordings together: of one fit where they are forced, else those that all show, as means
+    /// weighted by the inverse variances. Their boxes hold those of every recording alone.
     pub modes: Vec<IdentifiedMode>,
+    /// Whether the structure answered as a linear one, in each recording and from one to the other.
+    pub linearity: Linearity,
     /// Disagreements first, then the recordings' own warnings.
     pub warnings: Vec<Warning>,
+    /// The one fit of all recordings, where they are forced.
+    pub together: Option<&'r IdentifiedModes>,
     /// What each recording gave alone.
     pub recordings: &'r [IdentifiedModes],
 }
 
-/// Combines results; modes that some recording does not show are left out.
-pub fn combine(results: &[IdentifiedModes]) -> CombinedModes<'_> {
+/// Combines results, with the one fit of all where there is one.
+pub fn combine<'r>(
+    results: &'r [IdentifiedModes],
+    together: Option<&'r IdentifiedModes>,
+) -> CombinedModes<'r> {
     let mut warnings = Vec::new();
-    let mut modes = Vec::new();
     if let Some((first, others)) = results.split_first() {
         for mode in &first.modes {
-            let twins: Option<Vec<&IdentifiedMode>> = others.iter().map(|other| twin(mode, other)).collect();
-            let Some(twins) = twins else { continue };
-            warnings.extend(twins.iter().flat_map(|twin| disagreements(mode, twin)));
-            let estimates = |pick: fn(&IdentifiedMode) -> Estimate| {
-                weighted_mean([mode].into_iter().chain(twins.iter().copied()).map(pick))
-            };
-            modes.push(IdentifiedMode {
-                frequency_hz: estimates(|mode| mode.frequency_hz),
-                damping_ratio: estimates(|mode| mode.damping_ratio),
-                ..mode.clone()
-            });
+            let twins = others.iter().filter_map(|other| twin(mode, other));
+            warnings.extend(twins.flat_map(|twin| disagreements(mode, twin)));
         }
     }
-    warnings.extend(results.iter().flat_map(|result| result.warnings.iter().cloned()));
-    CombinedModes { schema_version: stillbeam_identify::SCHEMA_VERSION, modes, warnings, recordings: results }
+    let modes = match together {
+        Some(together) => together.modes.clone(),
+        None => shared_modes(results),
+    };
+    let modes: Vec<IdentifiedMode> = modes.into_iter().map(|mode| boxed(mode, results)).collect();
+    let mut linearity = Linearity::of(&modes);
+    let alone = results.iter().map(|result| &result.linearity);
+    if let Some(bent) = alone.clone().find(|one| one.verdict == LinearityVerdict::NotLinear) {
+        linearity = bent.clone();
+    }
+    if let Some(first) = warnings.first().filter(|_| linearity.verdict != LinearityVerdict::NotLinear) {
+        linearity = Linearity {
+            verdict: LinearityVerdict::NotLinear,
+            statement: format!("The recordings disagree: {}.", first.message),
+        };
+    }
+    warnings.extend(together.into_iter().flat_map(|together| together.warnings.iter().cloned()));
+    for warning in results.iter().flat_map(|result| &result.warnings) {
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
+        }
+    }
+    CombinedModes {
+        schema_version: stillbeam_identify::SCHEMA_VERSION,
+        modes,
+        linearity,
+        warnings,
+        together,
+        recordings: results,
+    }
+}
+
+/// The modes that every recording shows.
+fn shared_modes(results: &[IdentifiedModes]) -> Vec<IdentifiedMode> {
+    let Some((first, others)) = results.split_first() else { return Vec::new() };
+    let shared = first.modes.iter().filter_map(|mode| {
+        let twins: Vec<&IdentifiedMode> =
+            others.iter().map(|other| twin(mode, other)).collect::<Option<_>>()?;
+        let estimates = |pick: fn(&IdentifiedMode) -> Estimate| {
+            weighted_mean([mode].into_iter().chain(twins.iter().copied()).map(pick))
+        };
+        Some(IdentifiedMode {
+            frequency_hz: estimates(|mode| mode.frequency_hz),
+            damping_ratio: estimates(|mode| mode.damping_ratio),
+            ..mode.clone()
+        })
+    });
+    shared.collect()
+}
+
+/// The mode with a box that holds what every recording says of it.
+fn boxed(mode: IdentifiedMode, results: &[IdentifiedModes]) -> IdentifiedMode {
+    results.iter().fold(mode, |mode, result| match twin(&mode, result) {
+        Some(alone) if alone.damping_ratio.stderr < alone.damping_ratio.value => {
+            mode.with_box_over(&alone.uncertainty_box)
+        }
+        _ => mode,
+    })
 }
 
 fn twin<'m>(mode: &IdentifiedMode, other: &'m IdentifiedModes) -> Option<&'m IdentifiedMode> {

@@ -4,19 +4,18 @@ use maud::{Markup, html};
 use stillbeam_identify::poles::Survey;
 use stillbeam_identify::{Estimate, IdentifiedModes};
 
-use super::frequency_response;
 use super::page::{figure, page, warnings};
 use super::plot::{Chart, Series, Style};
-use super::second_opinions;
+use super::{by_amplitude, choice, frequency_response, second_opinions};
 
 /// Periods of the slowest mode in the close view.
 const SHOWN_PERIODS: f64 = 12.0;
 
-/// The page for one or more recordings, with what the classical methods see in each.
-pub fn identify_page(results: &[IdentifiedModes], surveys: &[Survey]) -> String {
+/// The page for one or more results, with what the classical methods see in a recording.
+pub fn identify_page(results: &[(&IdentifiedModes, Option<&Survey>)]) -> String {
     let body = html! {
         h1 { "Identified modes" }
-        @for (modes, survey) in results.iter().zip(surveys) {
+        @for (modes, survey) in results {
             h2 { (modes.recording) }
             p {
                 @match &modes.input {
@@ -27,9 +26,12 @@ pub fn identify_page(results: &[IdentifiedModes], surveys: &[Survey]) -> String 
                 " s; what is left has an rms of " (format!("{:.3e}", modes.residual_rms)) " in the output's unit."
             }
             (mode_table(modes))
+            @if !modes.linearity.statement.is_empty() { p.note { (modes.linearity.statement) } }
             (warnings(modes.warnings.iter().map(|warning| warning.message.as_str())))
             @for chart in charts(modes) { (figure(&chart, "")) }
-            (second_opinions::section(survey))
+            @for (chart, caption) in by_amplitude::charts(modes) { (figure(&chart, &caption)) }
+            (choice::section(modes))
+            @if let Some(survey) = survey { (second_opinions::section(survey)) }
         }
     };
     page("Identified modes", &body)

@@ -1,5 +1,7 @@
 //! Reports: self-contained HTML pages with inline plots.
 
+mod by_amplitude;
+mod choice;
 pub mod demo_page;
 pub mod diagnose_page;
 mod diagnose_tables;

@@ -66,6 +66,9 @@ const APART: f64 = 1.3;
 /// Errors, as shares, above which a point of the curve says nothing.
 const WORTHLESS: [f64; 2] = [0.02, 0.5];
 
+/// One of a point's quantities.
+type Pick = fn(&AmplitudePoint) -> Estimate;
+
 /// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest amplitude
 /// against the third with the largest.
 pub(crate) fn changes(points: &[AmplitudePoint]) -> Vec<AmplitudeChange> {
@@ -80,7 +83,7 @@ pub(crate) fn changes(points: &[AmplitudePoint]) -> Vec<AmplitudeChange> {
         (some.iter().map(|point| point.amplitude.ln()).sum::<f64>() / some.len() as f64).exp()
     };
     let (small_amplitude, large_amplitude) = (middle(small), middle(large));
-    let quantities: [(Quantity, fn(&AmplitudePoint) -> Estimate); 2] = [
+    let quantities: [(Quantity, Pick); 2] = [
         (Quantity::FrequencyHz, |point| point.frequency_hz),
         (Quantity::DampingRatio, |point| point.damping_ratio),
     ];
@@ -155,7 +158,7 @@ pub(crate) fn of_decay(band: &NarrowBand, usable: Range<usize>, origin_s: f64) -
 }
 
 /// Stretches of a forced record, decay times and periods per stretch at least.
-const STRETCHES: usize = 16;
+const STRETCHES: usize = 12;
 const DECAY_TIMES: f64 = 2.0;
 const PERIODS: f64 = 12.0;
 
@@ -241,6 +244,24 @@ impl Separable for Stretch<'_> {
 
     fn depends(&self, block: usize, _: usize) -> bool {
         block == 0
+    }
+
+    fn tangents(
+        &self,
+        block: usize,
+        parameters: &[f64],
+        columns: &[Column],
+        coefficients: &[f64],
+    ) -> Vec<(usize, Column)> {
+        if block > 0 {
+            return Vec::new();
+        }
+        // A delay is held, not searched: it goes in as one more parameter whose tangent is dropped.
+        let free = ForcedModel { modes: 1, delay: true, ..self.model };
+        let parameters: Vec<f64> = parameters.iter().copied().chain([self.delay_s]).collect();
+        let mut tangents = free.tangents(0, &parameters, columns, coefficients);
+        tangents.truncate(2);
+        tangents
     }
 }
 

@@ -207,7 +207,6 @@ fn refuse_too_few(
     }
 }
 
-#[expect(clippy::too_many_arguments, reason = "all that a finished fit has, once")]
 fn report(
     ringing: &Ringing,
     record: &DecayRecord,

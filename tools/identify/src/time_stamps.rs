@@ -55,25 +55,36 @@ pub(crate) fn stamp_warnings(recording: &str, time_s: &[f64], values: &[f64]) ->
     kinds.into_iter().map(Warning::from).collect()
 }
 
-/// Samples that repeat the one before although the signal is on the move: a frame delivered twice.
+/// The step of a quantised signal: the smallest, where all steps are multiples of it; else 0.
+fn resolution(values: &[f64]) -> f64 {
+    let steps = || values.windows(2).map(|v| (v[1] - v[0]).abs()).filter(|step| *step > 0.0);
+    let smallest = steps().fold(f64::INFINITY, f64::min);
+    let whole = |step: f64| (step / smallest - (step / smallest).round()).abs() < 0.05;
+    let multiples = steps().filter(|step| whole(*step)).count();
+    if 20 * multiples >= 19 * steps().count() { smallest } else { 0.0 }
+}
+
+/// Samples that repeat the one before although the signal is on its way up or down: frames delivered twice.
+///
+/// Coarse samples repeat by chance, about once in as many samples as the signal moves steps from one to the next; only
+/// clearly more than that counts.
 fn repeated(values: &[f64]) -> Vec<usize> {
-    let steps = values.windows(2).map(|v| (v[1] - v[0]).abs()).filter(|step| *step > 0.0);
-    let smallest = steps.fold(f64::INFINITY, f64::min);
+    let resolution = resolution(values);
     let most = values.iter().fold(f64::NEG_INFINITY, |top, v| top.max(*v));
     let least = values.iter().fold(f64::INFINITY, |low, v| low.min(*v));
-    (1..values.len().saturating_sub(2))
-        .filter(|&k| {
-            let [before, last, here, next] = [k.saturating_sub(2), k - 1, k, k + 1].map(|k| values[k]);
-            let into = (last - before).abs();
-            let out = (next - here).abs();
-            // At the limit of the range it is clipping, which has its own warning.
-            here == last
-                && here != most
-                && here != least
-                && into.min(out) > MOVES * smallest
-                && into.min(out) > 0.01 * (most - least)
-        })
-        .collect()
+    let mut found = Vec::new();
+    let mut by_chance = 0.0;
+    for k in 2..values.len().saturating_sub(1) {
+        let (into, out) = (values[k - 1] - values[k - 2], values[k + 1] - values[k]);
+        let pace = into.abs().min(out.abs());
+        if into * out > 0.0 && pace > MOVES * resolution && pace > 0.01 * (most - least) {
+            by_chance += resolution / pace;
+            if values[k] == values[k - 1] {
+                found.push(k);
+            }
+        }
+    }
+    if found.len() as f64 > 3.0 * by_chance + 3.0 * by_chance.sqrt() { found } else { Vec::new() }
 }
 
 #[cfg(test)]

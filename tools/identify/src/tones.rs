@@ -40,11 +40,11 @@ impl Tone {
     }
 }
 
-/// Peaks this far above the floor around them (a power ratio, 17 dB) are looked at, so many at most.
-const ABOVE_FLOOR: f64 = 50.0;
+/// Peaks this far above the floor around them (a power ratio, 14 dB) are looked at, so many at most.
+const ABOVE_FLOOR: f64 = 25.0;
 const MOST: usize = 10;
-/// Share of its largest amplitude that a tone holds while it sounds.
-const HELD: f64 = 0.5;
+/// Share of its largest amplitude that a tone holds while it sounds; a drive that speeds up and slows down modulates it.
+const HELD: f64 = 0.25;
 /// Nepers by which a tone's amplitude may fall over its stretch.
 const FALL: f64 = 0.3;
 /// Band samples and periods that a stretch must have.
@@ -80,35 +80,64 @@ struct Held {
     window_s: [f64; 2],
     /// Nepers by which it falls over its stretch.
     fall: f64,
-    /// Whether it ends, or begins and ends, faster than it could ring down.
+    /// Whether one steady oscillation explains it.
+    steady: bool,
+    /// Whether it ends faster than it could ring down.
     abrupt: bool,
 }
 
 fn held(whole: &WholeSpectrum, frequency_hz: f64, bin_hz: f64) -> Option<Held> {
     let band = whole.narrow_band(frequency_hz, (4.0 * bin_hz).min(0.4 * frequency_hz), 2);
-    let size: Vec<f64> = band.amplitude.iter().map(|z| z.norm()).collect();
+    // A drive that reverses modulates its tone; over a sixteenth of the record it is as loud as ever.
+    let width = (band.amplitude.len() / 16).max(1);
+    let size = moving_rms(&band, width);
     let largest = size.iter().fold(0.0_f64, |top, a| top.max(*a));
     let (start, end) = longest_run(&size, HELD * largest)?;
     // The taper of the band smears the ends over a few samples.
     let inner = start + 2..end.saturating_sub(2);
     let step_s = band.time_s.get(1)? - band.time_s[0];
     let length_s = (end - start) as f64 * step_s;
-    if inner.len() < SAMPLES || length_s * frequency_hz < PERIODS {
+    if inner.len() < SAMPLES.max(4 * width) || length_s * frequency_hz < PERIODS {
         return None;
     }
-    let found = band.fit(inner)?;
-    if found.explained < STEADY {
-        return None;
-    }
+    let found = band.fit(inner.clone())?;
+    let steady = found.explained > STEADY;
     let omega = std::f64::consts::TAU * found.pole.frequency_hz;
-    let fall = found.damping_ratio.value * omega * length_s;
-    Some(Held {
-        frequency_hz: found.frequency_hz,
-        damping_ratio: found.damping_ratio.value,
+    let fall = match steady {
+        true => found.damping_ratio.value * omega * length_s,
+        false => fall_of(&size[inner]),
+    };
+    let abrupt = ends_abruptly(&size, (start, end), width);
+    (steady || abrupt).then(|| Held {
+        frequency_hz: if steady {
+            found.frequency_hz
+        } else {
+            Estimate { value: frequency_hz, stderr: bin_hz }
+        },
+        damping_ratio: fall / (omega * length_s),
         window_s: [band.time_s[start], band.time_s[end - 1]],
         fall,
-        abrupt: ends_abruptly(&band, &size, end, length_s),
+        steady,
+        abrupt,
     })
+}
+
+/// Root of the mean square over `width` samples around each.
+fn moving_rms(band: &NarrowBand, width: usize) -> Vec<f64> {
+    let power: Vec<f64> = band.amplitude.iter().map(|z| z.norm_sqr()).collect();
+    (0..power.len())
+        .map(|k| {
+            let around = &power[k.saturating_sub(width / 2)..(k + width.div_ceil(2)).min(power.len())];
+            (around.iter().sum::<f64>() / around.len() as f64).sqrt()
+        })
+        .collect()
+}
+
+/// Nepers by which an amplitude falls over a stretch, from its first to its last third.
+fn fall_of(size: &[f64]) -> f64 {
+    let third = (size.len() / 3).max(1);
+    let mean = |some: &[f64]| some.iter().sum::<f64>() / some.len() as f64;
+    1.5 * (mean(&size[..third]) / mean(&size[size.len() - third..])).ln()
 }
 
 /// The longest run of samples above a level.
@@ -131,12 +160,11 @@ fn longest_run(size: &[f64], level: f64) -> Option<(usize, usize)> {
 }
 
 /// Whether the amplitude is gone within a sixth of the stretch over which it was held.
-fn ends_abruptly(band: &NarrowBand, size: &[f64], end: usize, length_s: f64) -> bool {
-    let Some(step_s) = band.time_s.get(1).map(|t| t - band.time_s[0]) else { return false };
-    let after = end + ((length_s / 6.0 / step_s) as usize).max(4);
-    let stretch = &size[..end];
+fn ends_abruptly(size: &[f64], (start, end): (usize, usize), width: usize) -> bool {
+    let stretch = &size[start..end];
     let level = stretch.iter().sum::<f64>() / stretch.len().max(1) as f64;
-    size.get(after).is_some_and(|a| *a < 0.2 * level.max(size[end - 1]))
+    let after = (end + ((end - start) / 6).max(width).max(4)).min(size.len().saturating_sub(1));
+    after >= end + width && size.get(after).is_some_and(|a| *a < 0.2 * level)
 }
 
 impl Held {
@@ -149,16 +177,16 @@ impl Held {
         let mut reasons = Vec::new();
         if self.abrupt {
             reasons.push(format!(
-                "it keeps its amplitude from {from_s:.2} s to {to_s:.2} s and then stops at once, which nothing that rings freely does"
+                "it keeps its amplitude from {from_s:.2} s to {to_s:.2} s and then stops at once, as nothing does that rings freely"
             ));
         }
-        if self.fall.abs() < 0.05 {
+        if self.steady && self.fall.abs() < 0.05 {
             reasons.push(format!("it does not decay within {:.2} s", to_s - from_s));
         }
-        if let Some(multiple) = mains_multiple(self.frequency_hz.value) {
+        if let Some(multiple) = mains_multiple(self.frequency_hz.value).filter(|_| self.steady) {
             reasons.push(format!("it is {multiple}"));
         }
-        if let Some((order, base_hz)) = self.harmonic_of(all) {
+        if let Some((order, base_hz)) = self.harmonic_of(all).filter(|_| self.steady) {
             reasons.push(format!("it keeps step with the line at {base_hz:.2} Hz as its harmonic {order}"));
         }
         (!reasons.is_empty()).then(|| Tone {

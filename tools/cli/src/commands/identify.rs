@@ -192,9 +192,7 @@ impl IdentifyArgs {
 fn survey(recording: &Recording, result: &IdentifiedModes) -> Result<Survey, CliError> {
     let highest_hz = result.modes.iter().map(|mode| mode.frequency_hz.value).fold(0.0, f64::max);
     Ok(match &result.input {
-        Some(input) => {
-            survey_forced(&UniformRecord::from_recording(recording, input, &result.output)?, None)
-        }
+        Some(input) => survey_forced(&UniformRecord::from_recording(recording, input, &result.output)?, None),
         None => survey_decay_of(recording, &result.output, result.window_s, 1.3 * highest_hz)?,
     })
 }

@@ -1,0 +1,55 @@
+//! Makes docs/results/identification.md:
+//!
+//! ```text
+//! cargo run --profile host -p stillbeam-identify --example identification_results > docs/results/identification.md
+//! ```
+//!
+//! With `STILLBEAM_SEEDS` fewer noise realisations than 300 are made, for a quick look.
+
+#[path = "../../tests/synthetic/mod.rs"]
+mod synthetic;
+
+mod paper_sweeps;
+mod real;
+mod simulated;
+mod speed;
+
+use std::process::ExitCode;
+
+use stillbeam_identify::IdentifyError;
+
+fn main() -> ExitCode {
+    match page() {
+        Ok(page) => {
+            println!("{page}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn page() -> Result<String, IdentifyError> {
+    let seeds = std::env::var("STILLBEAM_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(300);
+    let parts = [
+        HEAD.to_owned(),
+        simulated::accuracy()?,
+        simulated::coverage(seeds)?,
+        paper_sweeps::spread()?,
+        real::cantilever()?,
+        real::belts()?,
+        real::circuit()?,
+        speed::times()?,
+    ];
+    Ok(parts.join("\n"))
+}
+
+const HEAD: &str = "# What identification finds
+
+Made by `cargo run --profile host -p stillbeam-identify --example identification_results > docs/results/identification.md`.
+Simulated records are integrated by Runge-Kutta steps of the modal equations, independent of the code under test; noise is
+white and seeded. Sections on real recordings are made only where the folder of recordings is present (`../shared/data`, or
+`STILLBEAM_DATA`); the recordings are not part of this repository.
+";

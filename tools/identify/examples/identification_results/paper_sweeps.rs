@@ -133,7 +133,7 @@ fn row(text: &mut String, name: &str, duration_s: f64, found: &IdentifiedModes) 
         .iter()
         .map(|mode| {
             format!(
-                "{:.5} ± {:.5} | {:.5} ± {:.5}",
+                "{:.5} ± {:.0e} | {:.5} ± {:.0e}",
                 mode.frequency_hz.value,
                 mode.frequency_hz.stderr,
                 mode.damping_ratio.value,

@@ -17,7 +17,7 @@ fn data() -> PathBuf {
     }
 }
 
-fn read(file: &str) -> Result<Option<Recording>, IdentifyError> {
+pub fn read(file: &str) -> Result<Option<Recording>, IdentifyError> {
     let path = data().join(file);
     if !path.is_file() {
         return Ok(None);

@@ -41,7 +41,7 @@ fn sweep_errors(sweep: Sweep, rho: f64, seeds: u64) {
         Mode { frequency_hz: 1.1, damping_ratio: 0.0074, participation: 1.566 },
         Mode { frequency_hz: 6.9, damping_ratio: 0.0059, participation: -0.868 },
     ];
-    let (time_s, clean) = clean_sweep(sweep, &modes, 2);
+    let (time_s, clean) = clean_sweep(sweep, &modes, 1);
     let base: Vec<f64> = time_s.iter().map(|t| sweep.position(*t)).collect();
     let mut errors = vec![Vec::new(); 6];
     for seed in 0..seeds {

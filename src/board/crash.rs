@@ -95,7 +95,7 @@ unsafe extern "C" fn hard_fault(stack_pointer: u32) -> ! {
     registers.cfsr = scb.cfsr.read();
     registers.hfsr = scb.hfsr.read();
     registers.bfar = scb.bfar.read();
-    if (low..=high - 32).contains(&stack_pointer) && stack_pointer % 4 == 0 {
+    if (low..=high - 32).contains(&stack_pointer) && stack_pointer.is_multiple_of(4) {
         let frame = stack_pointer as *const [u32; 8];
         // SAFETY: within the stack by the line above, and aligned.
         let [.., lr, pc, xpsr] = unsafe { frame.read_volatile() };

@@ -1,12 +1,13 @@
 //! How long a minute of the paper's beam at 10 kHz takes, whole and tick by tick.
 //!
-//! `cargo run --profile host -p stillbeam-plant --example minute_at_10_khz`
+//! `cargo run --profile host -p stillbeam-plant --example minute_at_10_khz`; with a file name as argument it also writes the
+//! state space of the force-driven beam there, for host-tests/peers/simulation_speed.py.
 
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
 
-use stillbeam_plant::{Model, PrescribedBase, ServoDrive, simulate};
+use stillbeam_plant::{Model, PrescribedBase, ServoDrive, StateSpace, simulate};
 use stillbeam_recording::Recording;
 
 const RATE_HZ: f64 = 10_000.0;
@@ -27,11 +28,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, model) in [("ideal", beam), ("servo", servo), ("force", forced)] {
         let model = Model::BeamOnBase(model);
         let column = model.input().map_or("", |input| input.column.as_str());
+        if let (Some(path), "force") = (std::env::args().nth(1), name) {
+            std::fs::write(path, state_space(&model)?)?;
+        }
         let recording = Recording::new("sweep", time_s.clone()).with_column(column, sweep.clone());
         let whole_ms = median(|| {
             black_box(simulate(&model, &recording)?);
             Ok(())
         })?;
+        if name == "force" {
+            let result = simulate(&model, &recording)?;
+            for column in model.output_columns() {
+                let samples = result.column(&column)?;
+                let rms = (samples.iter().map(|y| y * y).sum::<f64>() / samples.len() as f64).sqrt();
+                println!("force: rms of {column}: {rms:.9e}");
+            }
+        }
         println!("{name}: whole record, median of {REPEATS}: {whole_ms:.1} ms");
         if name != "force" {
             let mut plant = PrescribedBase::new(&model, RATE_HZ, 0.0)?;
@@ -45,6 +57,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// `A`, `b` and the outputs' rows as JSON.
+fn state_space(model: &Model) -> Result<String, Box<dyn Error>> {
+    let space = StateSpace::new(model)?;
+    let rows: Vec<Vec<f64>> = space.a().row_iter().map(|row| row.iter().copied().collect()).collect();
+    let outputs: Vec<&[f64]> = space.outputs().iter().map(|output| output.row.state.as_slice()).collect();
+    Ok(serde_json::json!({ "a": rows, "b": space.input_value(), "c": outputs }).to_string())
 }
 
 fn median(mut run: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<f64, Box<dyn Error>> {

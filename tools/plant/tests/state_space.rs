@@ -190,3 +190,20 @@ fn a_plant_starts_where_initial_says() {
     assert!((base.displacement.read(&state, 0.0, 0.0) - 0.2).abs() < 1e-15);
     assert!((base.velocity.read(&state, 0.0, 0.0) - 0.1).abs() < 1e-15);
 }
+
+/// Building again is quick where nothing linear has changed, and never stale where something has.
+#[test]
+fn a_changed_parameter_changes_the_plant() {
+    let mut model = Model::BeamOnBase(paper_beam());
+    let first = StateSpace::new(&model).unwrap();
+    assert_eq!(StateSpace::new(&model).unwrap().a(), first.a());
+    for path in ["beam.young_Pa", "beam.thickness_m.2", "beam.damping_ratio.1"] {
+        let value = model.parameter(path).unwrap();
+        model.set_parameter(path, 1.01 * value).unwrap();
+        assert_ne!(StateSpace::new(&model).unwrap().a(), first.a(), "{path}");
+        model.set_parameter(path, value).unwrap();
+        assert_eq!(StateSpace::new(&model).unwrap().a(), first.a(), "{path}");
+    }
+    model.setup_mut().physics = vec![stillbeam_plant::Physics::new("tip_mass", "beam").with("mass", 0.01)];
+    assert_ne!(StateSpace::new(&model).unwrap().a(), first.a());
+}

@@ -27,6 +27,7 @@ mod discrete;
 mod forced;
 mod lumped;
 mod modes;
+mod recent;
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -146,11 +147,13 @@ impl StateSpace {
     pub fn new(model: &Model) -> Result<Self, PlantError> {
         model.check()?;
         let (model, extra_modes) = catalogue::structure(model)?;
-        match &model {
+        let build = |model: &Model| match model {
             Model::BeamOnBase(model) => beam::of_beam(model, &extra_modes),
             Model::Modal(model) => Ok(modes::of_modes(model, &extra_modes)),
             Model::Lumped(model) => Ok(lumped::of_lumped(model)),
-        }
+        };
+        // Further modes are no part of the model that would be looked up.
+        if extra_modes.is_empty() { recent::of(model, build) } else { build(&model) }
     }
 
     /// The state space whose input is zero whatever the model's is: base held, no force. For a beam and for modes its

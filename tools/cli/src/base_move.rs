@@ -5,9 +5,16 @@ use stillbeam_plant::{
     measure_move,
 };
 
+use crate::extended_move::simulate_extended;
+
 /// How long the setpoint is held after the move, in periods of the slowest mode: at a damping ratio of 0.005 an
 /// undisturbed vibration has fallen to 2 % by then.
 const HOLD_PERIODS: f64 = 125.0;
+
+/// Ticks for which the setpoint is held after a move.
+pub(crate) fn hold_ticks(slowest_hz: f64, rate_hz: f64) -> usize {
+    (HOLD_PERIODS / slowest_hz * rate_hz).ceil() as usize
+}
 
 /// A simulated move.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +29,7 @@ pub struct BaseMove {
     pub tip_position_m: Vec<f64>,
     /// Settling time and overshoot.
     pub metrics: MoveMetrics,
-    /// What is left to vibrate when the setpoint has come to rest.
+    /// What is left to vibrate when the setpoint has come to rest; for a model with left-out physics the peak only.
     pub residual: ResidualVibration,
 }
 
@@ -36,10 +43,13 @@ impl BaseMove {
         let (Some(&from_m), Some(&to_m)) = (setpoints_m.first(), setpoints_m.last()) else {
             return Err(PlantError::Measure { what: "there is no setpoint", remedy: "give at least one" });
         };
+        if !model.is_linear() {
+            return simulate_extended(model, rate_hz, setpoints_m);
+        }
         let mut plant = PrescribedBase::new(model, rate_hz, from_m)?;
         let residual = ResidualVibration::after(plant.clone(), setpoints_m)?;
         let slowest_hz = plant.modes().iter().map(|mode| mode.frequency_hz).fold(f64::INFINITY, f64::min);
-        let held = (HOLD_PERIODS / slowest_hz * rate_hz).ceil() as usize;
+        let held = hold_ticks(slowest_hz, rate_hz);
         let mut setpoint_m = setpoints_m.to_vec();
         setpoint_m.resize(setpoints_m.len() + held, to_m);
         let mut tip_deflection_m = vec![plant.tip_deflection_m()];

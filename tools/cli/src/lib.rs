@@ -20,6 +20,7 @@ pub mod command_signal;
 pub mod commands;
 pub mod demo;
 pub mod error;
+mod extended_move;
 pub mod identification;
 pub mod outputs;
 pub mod paper;

@@ -200,3 +200,53 @@ fn a_real_beam_rings_at_its_known_frequencies() {
         assert!((found / hz - 1.0).abs() < 5e-3, "{found} where {hz} is known");
     }
 }
+
+/// Friction in the base shows in the next simulated move: the servo's force cannot move it home.
+#[test]
+fn a_move_of_an_extended_model_feels_its_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let text = std::fs::read_to_string(paper_beam()).unwrap();
+    let controlled = text.replace("column = \"setpoint_m\"", "column = \"force_N\"")
+        + "\n[controller]\nkind = \"cascade_pd\"\nkp = 30.0\nkv = 250.0\nsample_s = 0.001\nreference_column = \"setpoint_m\"\n";
+    // The controller feeds back the base's position: it comes first.
+    let (tip, base) = ("column = \"tip_deflection_m\"", "column = \"base_position_m\"");
+    let controlled = controlled.replace(tip, "TIP").replace(base, tip).replace("TIP", base);
+    let friction =
+        "\n[[physics]]\nid = \"coulomb_friction\"\nlocation = \"base\"\nparameters = { force = 3.0 }\n";
+    std::fs::write(path("free.toml"), &controlled).unwrap();
+    std::fs::write(path("rubs.toml"), controlled + friction).unwrap();
+    let end = |model: &str, out: &str| {
+        let (model, out) = (path(model), path(out));
+        let arguments =
+            ["simulate", &model, "--command", "move 0.05", "--rate", "1000", "--json", "-", "--out", &out];
+        let numbers = json(&accepted(&arguments));
+        assert!(numbers["residual_peak_m"].as_f64().unwrap() > 1e-3, "{numbers}");
+        let recording = stillbeam_recording::read_csv(folder.path().join(&out).as_path()).unwrap();
+        *recording.column("base_position_m").unwrap().last().unwrap()
+    };
+    let (free, rubs) = (end("free.toml", "free.csv"), end("rubs.toml", "rubs.csv"));
+    // It sticks within force / (kp kv) = 0.4 mm of the target, and does not creep home.
+    assert!((rubs - 0.05).abs() < 3.0 / 7500.0 + 1e-4, "{rubs}");
+    assert!((rubs - free).abs() > 2e-5, "{free} {rubs}");
+    let modes = json(&accepted(&["model", &path("rubs.toml"), "--json", "-"]));
+    assert_eq!(modes["base_held"].as_array().unwrap().len(), 2);
+}
+
+#[test]
+fn a_lumped_model_has_modes_and_a_simulation() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let model = "schema = 1\nkind = \"lumped\"\n[[body]]\nname = \"slider\"\nmass = 4.0\n\
+        [[spring]]\nbetween = [\"slider\", \"ground\"]\nstiffness = 400.0\n\
+        [input]\ncolumn = \"motor_force_N\"\nbody = \"slider\"\n[[output]]\ncolumn = \"position_m\"\nbody = \"slider\"\n";
+    std::fs::write(path("slider.toml"), model).unwrap();
+    let modes = json(&accepted(&["model", &path("slider.toml"), "--json", "-"]));
+    let frequency_hz = modes["base_held"][0]["frequency_hz"].as_f64().unwrap();
+    assert!((frequency_hz - 10.0 / std::f64::consts::TAU).abs() < 1e-9, "{modes}");
+    std::fs::write(path("push.csv"), "time_s,motor_force_N\n0,0\n0.1,4\n0.2,4\n0.3,4\n").unwrap();
+    let numbers =
+        json(&accepted(&["simulate", &path("slider.toml"), "--input", &path("push.csv"), "--json", "-"]));
+    assert_eq!(numbers["outputs"][0]["column"], "position_m");
+    assert!(numbers["outputs"][0]["highest"].as_f64().unwrap() > 0.005);
+}

@@ -1,4 +1,5 @@
-//! The plant: a non-uniform flexible beam clamped to a translating base, from model file to simulation.
+//! The plant: a non-uniform flexible beam clamped to a translating base, or modes, or bodies and springs, from model file to
+//! simulation.
 //!
 //! ```text
 //! setpoint ──▶ drive ──▶ base y(t) ──▶ beam w(x, t) ──▶ camera ──▶ recorded tip
@@ -10,8 +11,11 @@
 //! | a model file becomes a checked [`Model`], or an error naming file, line, key and remedy | `model_file`, `model` |
 //! | width and thickness along the beam become mass and stiffness matrices | `beam` |
 //! | matrices become modes, with the base held or free | `modes` |
-//! | modes become a linear chain that is advanced without discretisation error | `chain`, `linear` |
-//! | the chain is run over a recording, or one tick at a time | [`simulate()`], [`PrescribedBase`] |
+//! | modes, or bodies and springs, become one state space that is advanced without discretisation error | [`state_space`], `linear` |
+//! | it is run over a recording, or one tick at a time | [`simulate()`], [`PrescribedBase`] |
+//! | numbers are listed, read and set by path, for refits | `parameters` |
+//! | physics that was left out, one file per law, and where it may sit | [`catalogue`] |
+//! | forces, controller and sensors run with the linear part, sub-step by sub-step | `nonlinear` |
 //! | the tip is seen by a slow, noisy camera | [`Camera`] |
 //! | a move is judged | `metrics` |
 //!

@@ -125,7 +125,15 @@ pub fn simulate_with(
     Ok(result)
 }
 
-/// Whether nothing but the linear plant lies between input and outputs.
+impl Model {
+    /// Whether nothing but the linear plant lies between input and outputs: no left-out physics but linear one, no
+    /// controller, no sensors, no limits of the drive.
+    pub fn is_linear(&self) -> bool {
+        self.setup().controller.is_none() && is_linear(self).unwrap_or(false)
+    }
+}
+
+/// The same, a controller apart.
 pub(crate) fn is_linear(model: &Model) -> Result<bool, PlantError> {
     let linear = |physics| Ok::<_, PlantError>(matches!(action(model, physics, 0.0)?, Action::Structure(_)));
     for physics in &model.setup().physics {

@@ -73,6 +73,22 @@ fn every_law_sits_somewhere_and_does_nothing_by_default() {
 }
 
 #[test]
+fn every_law_and_parameter_is_in_the_documentation() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/models.md");
+    let text = std::fs::read_to_string(path).unwrap();
+    for law in laws() {
+        let line = text.lines().find(|line| {
+            let place = format!("{:?}", law.places()[0]).to_lowercase();
+            line.contains(&format!("`{}`", law.id())) && line.contains(&place)
+        });
+        let line = line.unwrap_or_else(|| panic!("{} at {:?}", law.id(), law.places()));
+        for spec in law.parameters() {
+            assert!(line.contains(&format!("`{}`", spec.name)), "{} {}", law.id(), spec.name);
+        }
+    }
+}
+
+#[test]
 fn every_parameter_has_an_effect_and_a_unit() {
     for model in models() {
         let recording = recording_for(&model);

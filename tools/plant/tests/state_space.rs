@@ -89,12 +89,13 @@ fn a_lumped_pair_has_the_textbook_frequencies_and_a_rigid_body_mode() {
     let free = with(LUMPED, "stiffness = 40.0", "stiffness = 0.0");
     let model = Model::from_toml("m", &free).unwrap();
     let space = StateSpace::new(&model).unwrap();
-    let mut frequencies: Vec<f64> =
-        space.a().complex_eigenvalues().iter().map(|value| value.im.abs()).collect();
-    frequencies.sort_by(f64::total_cmp);
+    let modes = space.natural_modes().unwrap();
     // Two bodies, m1 = 2 and m2 = 0.5, joined by k = 800: omega² = k (1/m1 + 1/m2); the other mode is rigid.
     let expected = (800.0_f64 * (0.5 + 2.0)).sqrt();
-    assert!(frequencies[0] < 1e-6 && (frequencies[3] / expected - 1.0).abs() < 1e-4, "{frequencies:?}");
+    assert_eq!((modes.len(), modes[0]), (2, (0.0, 0.0)));
+    let ratio = 0.4 * (0.5 + 2.0) / (2.0 * expected);
+    assert!((std::f64::consts::TAU * modes[1].0 / expected - 1.0).abs() < 1e-9, "{modes:?}");
+    assert!((modes[1].1 / ratio - 1.0).abs() < 1e-9, "{modes:?}");
     let (point, sign) = space.find_point("load-motor").unwrap();
     assert_eq!((space.points()[point].name.as_str(), sign), ("motor-load", -1.0));
     assert_eq!(space.points()[point].stiffness, 800.0);
@@ -188,4 +189,21 @@ fn a_plant_starts_where_initial_says() {
     let base = &space.points()[space.find_point("base").unwrap().0];
     assert!((base.displacement.read(&state, 0.0, 0.0) - 0.2).abs() < 1e-15);
     assert!((base.velocity.read(&state, 0.0, 0.0) - 0.1).abs() < 1e-15);
+}
+
+/// Building again is quick where nothing linear has changed, and never stale where something has.
+#[test]
+fn a_changed_parameter_changes_the_plant() {
+    let mut model = Model::BeamOnBase(paper_beam());
+    let first = StateSpace::new(&model).unwrap();
+    assert_eq!(StateSpace::new(&model).unwrap().a(), first.a());
+    for path in ["beam.young_Pa", "beam.thickness_m.2", "beam.damping_ratio.1"] {
+        let value = model.parameter(path).unwrap();
+        model.set_parameter(path, 1.01 * value).unwrap();
+        assert_ne!(StateSpace::new(&model).unwrap().a(), first.a(), "{path}");
+        model.set_parameter(path, value).unwrap();
+        assert_eq!(StateSpace::new(&model).unwrap().a(), first.a(), "{path}");
+    }
+    model.setup_mut().physics = vec![stillbeam_plant::Physics::new("tip_mass", "beam").with("mass", 0.01)];
+    assert_ne!(StateSpace::new(&model).unwrap().a(), first.a());
 }

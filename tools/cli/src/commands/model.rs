@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde::Serialize;
-use stillbeam_plant::Model;
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
+use stillbeam_plant::{Model, StateSpace};
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
@@ -32,7 +32,7 @@ pub struct ModelArgs {
 struct Modes {
     schema_version: u32,
     kind: &'static str,
-    /// With the base held; of a modal model, its modes.
+    /// With the base held; of a modal or lumped model, its modes (a rigid motion has 0 Hz).
     base_held: Vec<ModeEntry>,
     /// With the base free.
     base_free: Vec<ModeEntry>,
@@ -77,10 +77,24 @@ impl ModelArgs {
                 base_held: modal.modes.iter().cloned().map(ModeEntry::from).collect(),
                 base_free: Vec::new(),
             },
-            _ => return Err(CliError::Usage(format!("{file}: this kind of model has no modes to print"))),
+            _ => Modes {
+                schema_version: 1,
+                kind: "lumped",
+                base_held: StateSpace::new(&model)
+                    .and_then(|space| space.natural_modes())
+                    .map_err(CliError::plant(file))?
+                    .into_iter()
+                    .map(|(frequency_hz, damping_ratio)| ModeEntry {
+                        frequency_hz,
+                        damping_ratio,
+                        participation: Vec::new(),
+                    })
+                    .collect(),
+                base_free: Vec::new(),
+            },
         };
         if !json_on_stdout(self.json.as_deref()) {
-            let title = if modes.kind == "modal" { "modes" } else { "modes with the base held" };
+            let title = if modes.kind == "beam_on_base" { "modes with the base held" } else { "modes" };
             print(streams, title, &modes.base_held)?;
             if !modes.base_free.is_empty() {
                 print(streams, "modes with the base free", &modes.base_free)?;

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use serde::Serialize;
 use stillbeam_firmware::shaper::ShaperTable;
-use stillbeam_plant::{BASE_POSITION, Model, SETPOINT, TIP_DEFLECTION, TIP_POSITION, simulate};
+use stillbeam_plant::{
+    BASE_POSITION, Feedback, Model, SETPOINT, SimulateOptions, TIP_DEFLECTION, TIP_POSITION, simulate_with,
+};
 use stillbeam_recording::{ReadOptions, Recording, read_recording, write_csv};
 use stillbeam_shape::ShaperDesign;
 
@@ -51,6 +53,12 @@ pub struct SimulateArgs {
     /// Ticks per second of a command; by default the shaper's, or 4000
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
+    /// Use the recorded input as it is, even if the model has a controller and the recording its reference
+    #[arg(long)]
+    open_loop: bool,
+    /// Let the model's sensors add their noise
+    #[arg(long)]
+    noise: bool,
     /// Write what was simulated to this recording
     #[arg(long, value_name = "REC.csv")]
     out: Option<String>,
@@ -208,7 +216,12 @@ impl SimulateArgs {
         }
         let recording = read_recording(path, &ReadOptions::default())?.recording;
         let driven = match (table, model.input()) {
-            (Some(table), Some(input)) if input.is_motion() => {
+            // With a controller it is the reference that moves.
+            (Some(table), _) if model.setup().controller.is_some() && !self.open_loop => {
+                let reference = model.setup().controller.as_ref().map(|it| it.reference_column.as_str());
+                shape_recorded(&recording, reference.unwrap_or_default(), table)?
+            }
+            (Some(table), Some(input)) if model.input_is_motion() => {
                 shape_recorded(&recording, &input.column, table)?
             }
             (Some(_), _) => {
@@ -232,7 +245,13 @@ impl SimulateArgs {
         recorded: Option<&Recording>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
-        let result = simulate(model, driven).map_err(CliError::plant(self.model.display().to_string()))?;
+        let options = SimulateOptions {
+            feedback: if self.open_loop { Feedback::Open } else { Feedback::IfPossible },
+            sensor_noise: self.noise,
+            ..SimulateOptions::default()
+        };
+        let result = simulate_with(model, driven, &options)
+            .map_err(CliError::plant(self.model.display().to_string()))?;
         if let Some(path) = &self.out {
             write(Path::new(path), &result, streams)?;
         }

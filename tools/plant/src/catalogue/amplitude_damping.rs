@@ -15,7 +15,7 @@ impl Law for AmplitudeDamping {
     }
 
     fn places(&self) -> &'static [Place] {
-        &[Place::Base, Place::Beam, Place::Part]
+        &[Place::Beam, Place::Part]
     }
 
     fn parameters(&self) -> &'static [ParameterSpec] {

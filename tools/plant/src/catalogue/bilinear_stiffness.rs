@@ -16,7 +16,7 @@ impl Law for BilinearStiffness {
     }
 
     fn places(&self) -> &'static [Place] {
-        &[Place::Base, Place::Beam, Place::Part]
+        &[Place::Beam, Place::Part]
     }
 
     fn parameters(&self) -> &'static [ParameterSpec] {

@@ -16,7 +16,7 @@ impl Law for StribeckFriction {
     }
 
     fn places(&self) -> &'static [Place] {
-        &[Place::Base, Place::Beam, Place::Part]
+        &[Place::Base, Place::Part]
     }
 
     fn parameters(&self) -> &'static [ParameterSpec] {

@@ -15,7 +15,7 @@ impl Law for ViscousFriction {
     }
 
     fn places(&self) -> &'static [Place] {
-        &[Place::Base, Place::Beam, Place::Part]
+        &[Place::Base, Place::Part]
     }
 
     fn parameters(&self) -> &'static [ParameterSpec] {

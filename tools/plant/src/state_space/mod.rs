@@ -27,10 +27,12 @@ mod discrete;
 mod forced;
 mod lumped;
 mod modes;
+mod recent;
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Schur};
 
 pub(crate) use base_motion::{BaseMotion, drive_for};
 pub use discrete::Discrete;
@@ -145,11 +147,13 @@ impl StateSpace {
     pub fn new(model: &Model) -> Result<Self, PlantError> {
         model.check()?;
         let (model, extra_modes) = catalogue::structure(model)?;
-        match &model {
+        let build = |model: &Model| match model {
             Model::BeamOnBase(model) => beam::of_beam(model, &extra_modes),
             Model::Modal(model) => Ok(modes::of_modes(model, &extra_modes)),
             Model::Lumped(model) => Ok(lumped::of_lumped(model)),
-        }
+        };
+        // Further modes are no part of the model that would be looked up.
+        if extra_modes.is_empty() { recent::of(model, build) } else { build(&model) }
     }
 
     /// The state space whose input is zero whatever the model's is: base held, no force. For a beam and for modes its
@@ -230,6 +234,32 @@ impl StateSpace {
     /// Largest absolute value of an eigenvalue of `A`, rad/s: how fast the fastest motion is.
     pub fn fastest_rad_s(&self) -> f64 {
         self.fastest_rad_s
+    }
+
+    /// Natural frequencies in hertz and damping ratios of all motions that vibrate or drift, lowest first: from the
+    /// eigenvalues of `A`, one of each conjugate pair. A rigid motion has 0 Hz.
+    ///
+    /// # Errors
+    /// [`PlantError::Degenerate`] when the eigenvalues are not found.
+    pub fn natural_modes(&self) -> Result<Vec<(f64, f64)>, PlantError> {
+        let schur =
+            Schur::try_new(self.system.a.clone(), f64::EPSILON, 10_000).ok_or(PlantError::Degenerate)?;
+        let eigenvalues = schur.complex_eigenvalues();
+        // Rounding parts a double root at zero into two small ones.
+        let rigid_rad_s = 1e-6 * self.fastest_rad_s;
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        let mut rigid = 0;
+        for value in eigenvalues.iter() {
+            let omega_rad_s = value.norm();
+            if omega_rad_s <= rigid_rad_s {
+                rigid += 1;
+            } else if value.im >= 0.0 {
+                found.push((omega_rad_s / TAU, -value.re / omega_rad_s));
+            }
+        }
+        found.extend(std::iter::repeat_n((0.0, 0.0), usize::div_ceil(rigid, 2)));
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(found)
     }
 
     /// State of a plant at rest whose input starts at `u`.

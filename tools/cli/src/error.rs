@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 
 use stillbeam_diagnose::DiagnoseError;
-use stillbeam_identify::IdentifyError;
+use stillbeam_identify::{IdentifyError, ModesFileError};
 use stillbeam_plant::{CameraError, ModelFileError, PlantError};
 use stillbeam_recording::RecordingError;
 use stillbeam_shape::{ModeSpecError, ShapeError, TableFileError};
@@ -21,6 +21,9 @@ pub enum CliError {
     /// An identification.
     #[error(transparent)]
     Identify(#[from] IdentifyError),
+    /// A file of identified modes.
+    #[error(transparent)]
+    ModesFile(#[from] ModesFileError),
     /// A diagnosis.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),

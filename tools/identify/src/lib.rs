@@ -41,6 +41,7 @@ pub mod levenberg_marquardt;
 mod log_decrement;
 mod modal_response;
 mod model_choice;
+mod modes_file;
 mod narrow_band;
 mod noise;
 pub mod poles;
@@ -66,6 +67,7 @@ pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
+pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
 pub use result::{
     CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict,
     Method, ModelStep, NoiseModel, RecordFit, Rejected, SCHEMA_VERSION, Spectrum, UncertaintyBox,

@@ -4,6 +4,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
+use crate::modes_file::BOX_STANDARD_ERRORS;
 use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Version of the JSON shape.
@@ -14,16 +15,16 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub struct Estimate {
     /// The value, in the unit of the field that holds it.
     pub value: f64,
-    /// Standard error in the same unit, robust to correlated residuals; infinite (`null` in JSON) when the
+    /// Standard error in the same unit, robust to correlated residuals; infinite (`null` in JSON, or absent) when the
     /// record does not determine the value.
-    #[serde(deserialize_with = "null_is_infinite")]
+    #[serde(default = "infinite", deserialize_with = "null_is_infinite")]
     pub stderr: f64,
 }
 
 impl Estimate {
-    /// Two standard errors either way; just the value where there is no standard error.
+    /// [`BOX_STANDARD_ERRORS`] either way; just the value where there is no standard error.
     fn range(&self) -> [f64; 2] {
-        let reach = if self.stderr.is_finite() { 2.0 * self.stderr } else { 0.0 };
+        let reach = if self.stderr.is_finite() { BOX_STANDARD_ERRORS * self.stderr } else { 0.0 };
         [self.value - reach, self.value + reach]
     }
 
@@ -31,6 +32,10 @@ impl Estimate {
     pub fn distance(&self, other: &Self) -> f64 {
         (self.value - other.value).abs() / self.stderr.hypot(other.stderr)
     }
+}
+
+fn infinite() -> f64 {
+    f64::INFINITY
 }
 
 fn null_is_infinite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
@@ -96,6 +101,14 @@ pub struct UncertaintyBox {
     pub damping_ratio: [f64; 2],
 }
 
+impl UncertaintyBox {
+    /// The box of two estimates alone; nothing below zero.
+    pub(crate) fn of(frequency_hz: &Estimate, damping_ratio: &Estimate) -> Self {
+        let inside = |range: [f64; 2]| range.map(|end| end.max(0.0));
+        Self { frequency_hz: inside(frequency_hz.range()), damping_ratio: inside(damping_ratio.range()) }
+    }
+}
+
 impl IdentifiedMode {
     /// Widens the box to hold another one, of the same mode in another recording.
     #[must_use]
@@ -110,19 +123,17 @@ impl IdentifiedMode {
     pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>) -> Self {
         self.amplitude_changes = crate::amplitude::changes(&points);
         self.by_amplitude = points;
-        let (mut frequency_hz, mut damping_ratio) = (self.frequency_hz.range(), self.damping_ratio.range());
+        let mut area = UncertaintyBox::of(&self.frequency_hz, &self.damping_ratio);
         for change in &self.amplitude_changes {
             for point in &self.by_amplitude {
                 let (range, value) = match change.quantity {
-                    Quantity::FrequencyHz => (&mut frequency_hz, point.frequency_hz.value),
-                    Quantity::DampingRatio => (&mut damping_ratio, point.damping_ratio.value),
+                    Quantity::FrequencyHz => (&mut area.frequency_hz, point.frequency_hz.value),
+                    Quantity::DampingRatio => (&mut area.damping_ratio, point.damping_ratio.value),
                 };
                 *range = [range[0].min(value), range[1].max(value)];
             }
         }
-        let inside = |range: [f64; 2]| range.map(|end| end.max(0.0));
-        self.uncertainty_box =
-            UncertaintyBox { frequency_hz: inside(frequency_hz), damping_ratio: inside(damping_ratio) };
+        self.uncertainty_box = area;
         self
     }
 

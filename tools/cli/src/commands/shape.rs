@@ -4,12 +4,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
-use stillbeam_firmware::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
+use stillbeam_firmware::shaper::{KnownTypes, Mode, ShaperType};
 use stillbeam_firmware::units::TickRate;
 use stillbeam_shape::{DEFAULT_TYPE, DesignOptions, ShaperDesign, parse_mode, parse_type};
 
 use crate::error::CliError;
-use crate::identification::modes_file;
+use crate::identification::modes_file::ChosenModes;
 use crate::outputs::keep_apart;
 use crate::report::shape_page::shape_page;
 use crate::streams::{Streams, json_on_stdout};
@@ -92,8 +92,7 @@ impl ShapeArgs {
 
     fn modes(&self, kind: ShaperType) -> Result<Vec<Mode>, CliError> {
         if let Some(file) = &self.modes_from {
-            let modes = modes_file::read_modes(file, kind)?;
-            return self.chosen(modes);
+            return ChosenModes::read(file, &self.chosen)?.shaped(kind);
         }
         let modes = self.modes.iter().map(|spec| {
             let complete =
@@ -101,25 +100,6 @@ impl ShapeArgs {
             parse_mode(&complete).map_err(CliError::from)
         });
         modes.collect()
-    }
-
-    /// The modes that --use names, or all where it does not.
-    fn chosen(&self, modes: Vec<Mode>) -> Result<Vec<Mode>, CliError> {
-        let count = modes.len();
-        if self.chosen.is_empty() && count > MAX_MODES {
-            return Err(CliError::Usage(format!(
-                "the file has {count} modes and a shaper takes {MAX_MODES}; choose with --use, for example --use 1,2"
-            )));
-        }
-        if self.chosen.is_empty() {
-            return Ok(modes);
-        }
-        let choose = |number: &usize| {
-            number.checked_sub(1).and_then(|index| modes.get(index)).copied().ok_or_else(|| {
-                CliError::Usage(format!("--use {number}: the file has the modes 1 to {count}"))
-            })
-        };
-        self.chosen.iter().map(choose).collect()
     }
 
     fn print(&self, design: &ShaperDesign, streams: &mut Streams<'_>) -> Result<(), CliError> {

@@ -248,7 +248,11 @@ impl<'m> Controller<'m> {
         match request {
             // Planned from rest, which a fault has ended since.
             Request::Start(plan) if self.latch.fault().is_some() => self.give_back(plan.into_memory()),
-            Request::Start(plan) => self.change_motion(Motion::Planned(plan)),
+            Request::Start(plan) => {
+                // Where a stop ended need not be a whole nanometre; a motion begins at one.
+                self.recent = [self.command.into(); 3];
+                self.change_motion(Motion::Planned(plan));
+            }
             Request::Stop => {
                 if matches!(self.motion, Motion::Planned(_)) {
                     self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.setup.braking)));
@@ -389,26 +393,22 @@ impl<'m> Controller<'m> {
 
     fn advance_command(&mut self) {
         let next = match &mut self.motion {
-            Motion::Hold => None,
+            Motion::Hold => {
+                self.quiet_ticks = self.quiet_ticks.saturating_add(1);
+                return;
+            }
             Motion::Planned(plan) => plan.step(),
             Motion::Stop(plan) => plan.step(),
         };
+        let Some(position) = next else {
+            self.change_motion(Motion::Hold);
+            self.quiet_ticks = self.quiet_ticks.saturating_add(1);
+            return;
+        };
+        self.command = position.rounded();
+        self.quiet_ticks = 0;
         let [_, before, now] = self.recent;
-        match next {
-            Some(position) => {
-                self.command = position.rounded();
-                self.quiet_ticks = 0;
-                self.recent = [before, now, position];
-            }
-            None => {
-                if !matches!(self.motion, Motion::Hold) {
-                    self.change_motion(Motion::Hold);
-                }
-                // Where a stop ended need not be a whole nanometre; the next motion begins at one.
-                self.recent = [self.command.into(); 3];
-                self.quiet_ticks = self.quiet_ticks.saturating_add(1);
-            }
-        }
+        self.recent = [before, now, position];
     }
 
     fn change_motion(&mut self, next: Motion<'m>) {

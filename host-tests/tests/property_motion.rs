@@ -215,7 +215,7 @@ proptest! {
         }
         let [velocity_nm, acceleration_nm, jerk_nm] = limits_nm;
         // Steps of jerk are as long as ticks: what braking begins too late for that is of the order of one tick's acceleration.
-        let slack_nm = 2.0 * acceleration_nm.min(velocity_nm) + 1.0 + 1e-4 * target_nm.abs();
+        let slack_nm = 2.0 * acceleration_nm.min(velocity_nm) + 1.0 + 1e-6 * target_nm.abs();
         for position_nm in positions_nm {
             prop_assert!(position_nm * target_nm.signum() <= target_nm.abs() + slack_nm, "{position_nm} past {target_nm}");
             prop_assert!(position_nm * target_nm.signum() >= -slack_nm);

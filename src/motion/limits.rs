@@ -117,4 +117,15 @@ impl MoveLimits {
             + 0.5 * peak * limit / jerk
             + libm::sqrt(peak / jerk) * peak
     }
+
+    /// How far past the end of the travel a stop in a move to that end may go, in mm: jerk can only be taken back in whole
+    /// ticks. Without a limit of jerk it never does.
+    pub fn stop_overshoot_mm(&self, profile: Profile, rate: TickRate) -> f64 {
+        if !profile.limits_jerk() {
+            return 0.0;
+        }
+        let period_s = rate.period_s();
+        let span_mm = self.travel_mm.1 - self.travel_mm.0;
+        2.0 * self.acceleration_mm_s2 * period_s * period_s + 1.0e-6 * span_mm + 2.0e-6
+    }
 }

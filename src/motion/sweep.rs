@@ -53,10 +53,10 @@ pub struct SweepPlan {
     ticks_left: u32,
     elapsed: u32,
     taper: Taper,
-    /// In fine units.
+    /// So that the largest one fills 62 bits.
     amplitude: u64,
     law: AmplitudeLaw,
-    /// What leaves the largest amplitude 31 bits.
+    /// What the upper half of the amplitude times a sine in Q30 has to lose to be in fine units.
     shift: u32,
     /// In 2⁻⁶⁴ turns.
     phase: u64,
@@ -90,16 +90,17 @@ impl SweepPlan {
                 (Advance::by_ratio(growth), AmplitudeLaw::Steady(Advance::by_ratio(-2.0 * growth)))
             }
         };
-        let largest = fine_units(largest_mm) as u64;
+        // At most 62: the largest amplitude is above a nanometre.
+        let spare = fine_units(largest_mm).leading_zeros().saturating_sub(2);
         Ok(Self {
             centre: context.start,
             ticks_left: ticks,
             elapsed: 0,
             taper,
-            amplitude: fine_units(first_mm) as u64,
+            amplitude: libm::scalbn(first_mm * 1.0e6, FinePosition::FRACTION_BITS as i32 + spare as i32)
+                as u64,
             law,
-            // One bit more, for what rounding may add to the largest.
-            shift: 34_u32.saturating_sub(largest.leading_zeros()),
+            shift: (spare + 30).saturating_sub(32),
             phase: 0,
             phase_step: step_of(spec.from_hz) as u64,
             advance,
@@ -131,8 +132,8 @@ impl SweepPlan {
             }
         };
         let faded = self.taper.fade(self.amplitude, self.elapsed.min(self.ticks_left));
-        let offset =
-            ((faded >> self.shift) as i64 * i64::from(sine((self.phase >> 32) as u32))) >> (30 - self.shift);
+        let upper_half = (faded >> 32) as u32;
+        let offset = (i64::from(upper_half) * i64::from(sine((self.phase >> 32) as u32))) >> self.shift;
         Some(centre + FinePosition(offset))
     }
 }

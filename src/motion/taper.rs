@@ -46,12 +46,12 @@ impl Taper {
         }
     }
 
-    /// `magnitude`, below 2⁶⁰, as it is so many ticks from the start or from the end.
+    /// `magnitude`, to sixty bits, as it is so many ticks from the start or from the end.
     #[inline]
     pub(super) fn fade(self, magnitude: u64, ticks_from_end: u32) -> u64 {
         if ticks_from_end >= self.ticks {
             return magnitude;
         }
-        upper_product(magnitude << 4, smooth_step(self.step * u64::from(ticks_from_end)))
+        upper_product(magnitude, smooth_step(self.step * u64::from(ticks_from_end))) << 4
     }
 }

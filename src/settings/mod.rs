@@ -16,7 +16,7 @@ use crate::fault::TravelGuard;
 use crate::motion::stop::Braking;
 use crate::motion::{MoveLimits, Profile};
 use crate::shaper::{MAX_MODES, Mode, ModeError, ShaperType};
-use crate::units::{Nanometres, TickRate};
+use crate::units::{MAX_TRAVEL_MM, Nanometres, TickRate};
 
 /// One mode as it is set; `shaper: None` leaves it unshaped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,11 +78,13 @@ impl Settings {
     /// magnitudes.
     pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
         let limits = MoveLimits { shaper_gain, ..self.limits };
-        let end = |mm| Nanometres::from_mm(mm).unwrap_or_default();
+        let slack_mm = limits.stop_overshoot_mm(self.profile, tick_rate);
+        let (first_mm, last_mm) = limits.travel_mm;
+        let end = |mm: f64| Nanometres::from_mm(mm.clamp(-MAX_TRAVEL_MM, MAX_TRAVEL_MM)).unwrap_or_default();
         Setup {
             braking: Braking::new(&limits, self.profile, tick_rate),
             // The ends of the travel are within what positions can say.
-            guard: TravelGuard::new(end(self.limits.travel_mm.0), end(self.limits.travel_mm.1)),
+            guard: TravelGuard::new(end(first_mm - slack_mm), end(last_mm + slack_mm)),
             reactions: self.drive.reactions(),
             analog: self.drive.analog(tick_rate),
             pulses: self.drive.pulses(tick_rate),

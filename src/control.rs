@@ -199,11 +199,11 @@ impl<'m> Controller<'m> {
         self.publish(None);
     }
 
-    fn publish(&self, encoder: Option<Nanometres>) -> Flags {
-        let flags = self.flags();
-        self.links.status.publish(self.activity(), self.tick, self.command, self.setpoint);
+    fn publish(&self, encoder: Option<Nanometres>) -> (Flags, Activity) {
+        let (flags, activity) = (self.flags(), self.activity());
+        self.links.status.publish(activity, self.tick, self.command, self.setpoint);
         self.links.status.publish_faults(self.latch.fault(), flags, encoder);
-        flags
+        (flags, activity)
     }
 
     /// One tick of the control loop.
@@ -224,8 +224,8 @@ impl<'m> Controller<'m> {
             None => StepTrain::default(),
         };
         self.note_clamping(analog.clamped || train.behind);
-        let flags = self.publish(encoder);
-        let sample_queued = self.offer_sample(encoder, flags);
+        let (flags, activity) = self.publish(encoder);
+        let sample_queued = self.offer_sample(encoder, flags, activity);
         self.tick = self.tick.wrapping_add(1);
         TickOutput {
             setpoint: self.setpoint,
@@ -431,7 +431,7 @@ impl<'m> Controller<'m> {
         }
     }
 
-    fn offer_sample(&mut self, encoder: Option<Nanometres>, flags: Flags) -> bool {
+    fn offer_sample(&mut self, encoder: Option<Nanometres>, flags: Flags, activity: Activity) -> bool {
         let stream = &mut self.stream;
         if stream.decimation == 0 {
             return false;
@@ -442,14 +442,15 @@ impl<'m> Controller<'m> {
         }
         stream.ticks_to_next = stream.decimation - 1;
         let sample = Sample {
-            sequence: stream.sequence,
+            sequence: self.stream.sequence,
             tick: self.tick,
             command: self.command,
             setpoint: self.setpoint,
             encoder,
             flags,
+            activity,
         };
-        stream.sequence = stream.sequence.wrapping_add(1);
+        self.stream.sequence = self.stream.sequence.wrapping_add(1);
         let queued = offer(&mut self.links.samples, sample).is_ok();
         if !queued {
             self.links.status.counters().add(Event::SampleLost);

@@ -7,8 +7,7 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use core::fmt::Write as _;
-
+    use embassy_executor::SpawnToken;
     use embassy_futures::block_on;
     use embassy_futures::select::{Either, select};
     use embassy_futures::yield_now;
@@ -27,6 +26,7 @@ mod image {
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::settings::{DriveSettings, SettingsStore};
     use stillbeam_firmware::telemetry::Sample;
+    use stillbeam_firmware::telemetry::sender::Sender;
     use stillbeam_firmware::watchdog::Patience;
     #[cfg(feature = "defmt")]
     use {defmt_rtt as _, panic_probe as _};
@@ -39,6 +39,16 @@ mod image {
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
+        if let Some(task) = start_up() {
+            executor::start().spawn(task);
+        }
+        executor::sleep()
+    }
+
+    /// Sets everything up and returns the one task there is. Not part of `main`, whose stack is never given back: what
+    /// lies there for a moment, the machine's parts and the task before it is in its place, takes more than 10 KiB.
+    #[inline(never)]
+    fn start_up() -> Option<SpawnToken<impl Sized>> {
         let restart = restart::read();
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
@@ -46,7 +56,7 @@ mod image {
         emergency_stop::configure();
         tick_timer::configure();
         // Given away once, here.
-        let Some(history) = core_coupled::take_history() else { executor::sleep() };
+        let history = core_coupled::take_history()?;
         let mut parts = MACHINE.take().split(IDENTITY, [HISTORY.take(), history]);
         let port = serial::open(peripherals.USART1, peripherals.PA10, peripherals.PA9);
         board::stillbeam_boot_complete();
@@ -63,12 +73,7 @@ mod image {
         watchdog::start();
         // The baud rate is a constant that the divider can make, so the port opens, and the one task there is
         // finds its place free.
-        if let Ok(port) = port
-            && let Ok(task) = serve(port, parts.console, restored, store, parts.samples)
-        {
-            executor::start().spawn(task);
-        }
-        executor::sleep()
+        serve(port.ok()?, parts.console, restored, store, parts.samples).ok()
     }
 
     /// Answers the console and sends samples, for ever.
@@ -84,6 +89,7 @@ mod image {
         let mut followed = Followed::by(&console);
         let mut text = String::<MAX_REPLY>::new();
         let mut received = [0; 32];
+        let mut sender = Sender::new();
         console.greet(restored, &mut text);
         loop {
             serial::send(&mut transmit, text.as_bytes()).await;
@@ -100,9 +106,9 @@ mod image {
                             text.clear();
                             tick_timer::console_made_round();
                             while let Some(sample) = samples.dequeue() {
-                                let _fits = write!(text, "{sample}\r\n");
-                                serial::send(&mut transmit, text.as_bytes()).await;
-                                text.clear();
+                                if let Some(outgoing) = sender.send(sample) {
+                                    serial::send(&mut transmit, &outgoing).await;
+                                }
                             }
                             yield_now().await;
                         }
@@ -111,10 +117,13 @@ mod image {
                         }
                         match console.take_effect() {
                             None => {}
-                            Some(Effect::Save(settings)) => {
+                            Some(Effect::Save) => {
                                 watchdog::set_patience(Patience::SAVING);
+                                let (settings, table) =
+                                    (console.settings_to_store(), console.table_to_store());
                                 // The driver waits in place, so this never yields; run here, its state is on the stack.
-                                console.saved(block_on(store.save(&settings)), &mut text);
+                                let saved = block_on(store.save(settings, table));
+                                console.saved(saved, &mut text);
                                 watchdog::set_patience(Patience::NORMAL);
                             }
                             Some(Effect::ForgetCrash) => {
@@ -123,6 +132,9 @@ mod image {
                             }
                         }
                         followed.update(&console);
+                        if let Some(left) = sender.follow(console.streaming()) {
+                            serial::send(&mut transmit, &left).await;
+                        }
                         serial::send(&mut transmit, text.as_bytes()).await;
                         text.clear();
                     }
@@ -133,8 +145,8 @@ mod image {
                     log_line_error();
                 }
                 Either::Second(()) => {
-                    if let Some(sample) = samples.dequeue() {
-                        let _fits = write!(text, "{sample}\r\n");
+                    if let Some(outgoing) = samples.dequeue().and_then(|sample| sender.send(sample)) {
+                        serial::send(&mut transmit, &outgoing).await;
                     }
                 }
             }

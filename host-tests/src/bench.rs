@@ -98,8 +98,10 @@ impl Bench {
             }
             match self.console.take_effect() {
                 None => {}
-                Some(Effect::Save(settings)) => {
-                    self.console.saved(block_on(self.store.save(&settings)), &mut reply);
+                Some(Effect::Save) => {
+                    let (settings, table) = (self.console.settings_to_store(), self.console.table_to_store());
+                    let saved = block_on(self.store.save(settings, table));
+                    self.console.saved(saved, &mut reply);
                 }
                 Some(Effect::ForgetCrash) => self.console.crash_forgotten(&mut reply),
             }

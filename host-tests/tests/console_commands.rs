@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use stillbeam_firmware::console::line::MAX_LINE;
 use stillbeam_firmware::settings::Key;
+use stillbeam_firmware::telemetry::{Activity, Sample};
 use stillbeam_host_tests::bench::Bench;
 
 /// Everything that a refusal must leave as it was: settings live and staged, the table, the position.
@@ -298,7 +299,9 @@ fn samples_carry_every_nth_tick_and_count_the_lost() {
     for (sequence, sample) in samples.iter().enumerate() {
         assert_eq!(sample.sequence as usize, sequence);
         assert_eq!(sample.setpoint.0, setpoints_nm[sequence * 3]);
-        assert_eq!(sample.to_string().parse(), Ok(*sample));
+        // The text form leaves the state out.
+        let without_state = Sample { activity: Activity::Rest, ..*sample };
+        assert_eq!(sample.to_string().parse(), Ok(without_state));
     }
     bench.accept("stream on 1");
     for _ in 0..999 {
@@ -398,5 +401,23 @@ proptest! {
                 bench.tick();
             }
         }
+    }
+}
+
+#[test]
+fn streams_are_text_unless_frames_are_asked_for() {
+    let mut bench = Bench::new();
+    for (line, expected) in [
+        ("stream on", "ok stream on decimation=4"),
+        ("stream on 7", "ok stream on decimation=7"),
+        ("stream on frames", "ok stream on decimation=4"),
+        ("stream on 9 frames", "ok stream on decimation=9"),
+        ("stream on 9 text", "ok stream on decimation=9"),
+        ("stream off", "ok stream off decimation=0"),
+    ] {
+        assert_eq!(bench.accept(line), expected, "{line}");
+    }
+    for line in ["stream on frames 4", "stream on 4 cobs", "stream on 4 frames more", "stream off frames"] {
+        assert!(bench.refuse(line).starts_with("err syntax stream: usage: stream on"), "{line}");
     }
 }

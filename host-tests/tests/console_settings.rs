@@ -121,7 +121,7 @@ fn stored_settings_that_cannot_run_together_are_staged_and_said_so() {
     }
     settings.set("mode1.type".parse().expect("a setting"), "zvdd").expect("a type");
     let mut store = stillbeam_firmware::settings::SettingsStore::new(MockFlash::new());
-    embassy_futures::block_on(store.save(&settings)).expect("saved");
+    embassy_futures::block_on(store.save(&settings, None)).expect("saved");
     let mut bench = Bench::with_flash(store.into_flash());
     let greeting = bench.greeting().to_owned();
     assert!(greeting.contains("staged but do not run: err memory shaper: needs "), "{greeting}");

@@ -230,3 +230,26 @@ fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
     session.command("move 1").expect("accepted");
     assert_eq!(session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest"), 1_000_000);
 }
+
+/// Every tick at 4 kHz. At this shift the processor has 5250 instructions per tick; the board's has 42 000 cycles. What
+/// the line has room for is another matter, and a matter of arithmetic: tests/property_frames.rs.
+#[test]
+fn every_tick_can_be_streamed_in_frames() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, 2);
+    for line in shaper_settings(&beam_modes(), "zvdd") {
+        session.command_when_ready(&line).expect("accepted");
+    }
+    let motion = session.record_motion("move 20", 1, 0.2, &mut |_| {}).expect("streamed");
+    assert_eq!(motion.gaps, [], "of {} samples from tick {}", motion.samples.len(), motion.samples[0].tick);
+    assert!(motion.samples.len() > 6000, "{} samples", motion.samples.len());
+    let ticks: Vec<u32> = motion.samples.iter().map(|sample| sample.tick).collect();
+    assert!(ticks.windows(2).all(|pair| pair[1] == pair[0].wrapping_add(1)));
+    assert_eq!(motion.damaged_frames, 0);
+    let activities: Vec<Activity> = motion.samples.iter().map(|sample| sample.activity).collect();
+    for activity in [Activity::Rest, Activity::Moving, Activity::Settling] {
+        assert!(activities.contains(&activity), "{activity:?}");
+    }
+    let status = session.command("status").expect("status");
+    assert_eq!(status.line("dropped_samples"), Some("0"));
+}

@@ -4,8 +4,13 @@ use embassy_futures::block_on;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-use stillbeam_firmware::settings::{Key, ModeKey, Settings, SettingsStore, Stored, Value, record};
-use stillbeam_firmware::shaper::ShaperType;
+use stillbeam_firmware::settings::{
+    Key, ModeKey, Settings, SettingsStore, ShaperSource, Stored, Value, record,
+};
+use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
+use stillbeam_firmware::shaper::table::MAX_TABLE_TAPS;
+use stillbeam_firmware::shaper::{ShaperType, UploadedTable};
+use stillbeam_firmware::units::TickRate;
 use stillbeam_host_tests::flash::{MockFlash, SECTOR};
 
 fn load(flash: MockFlash) -> (MockFlash, Stored) {
@@ -17,7 +22,7 @@ fn load(flash: MockFlash) -> (MockFlash, Stored) {
 fn save(flash: MockFlash, settings: &Settings) -> (MockFlash, Stored, u32) {
     let twice = flash.written_twice();
     let mut store = SettingsStore::new(flash);
-    let (stored, written) = block_on(store.save(settings)).expect("saved");
+    let (stored, written) = block_on(store.save(settings, None)).expect("saved");
     let flash = store.into_flash();
     assert_eq!(flash.written_twice(), twice, "a word was programmed twice");
     (flash, stored, written)
@@ -95,7 +100,7 @@ fn a_power_cut_at_any_operation_leaves_every_setting_old_or_new_and_the_store_in
                 let mut interrupted = flash.clone();
                 interrupted.cut_after(cut, u64::from(seed) << 32 | save_number << 16 | cut);
                 let mut store = SettingsStore::new(interrupted);
-                assert!(block_on(store.save(&new)).is_err(), "{what}: reported as saved");
+                assert!(block_on(store.save(&new, None)).is_err(), "{what}: reported as saved");
                 let mut interrupted = store.into_flash();
                 interrupted.restore_power();
                 let (interrupted, stored) = load(interrupted);
@@ -136,7 +141,7 @@ fn power_cuts_during_the_recovery_leave_every_setting_old_or_new() {
             let mut first = flash.clone();
             first.cut_after(cut, save_number << 16 | cut);
             let mut store = SettingsStore::new(first);
-            let _interrupted = block_on(store.save(&new));
+            let _interrupted = block_on(store.save(&new, None));
             let mut first = store.into_flash();
             first.restore_power();
             let (recovered, ..) = save(load(first.clone()).0, &new);
@@ -149,7 +154,7 @@ fn power_cuts_during_the_recovery_leave_every_setting_old_or_new() {
                 let mut store = SettingsStore::new(second);
                 let _interrupted = block_on(async {
                     store.load().await?;
-                    store.save(&new).await
+                    store.save(&new, None).await
                 });
                 let mut second = store.into_flash();
                 second.restore_power();
@@ -164,6 +169,71 @@ fn power_cuts_during_the_recovery_leave_every_setting_old_or_new() {
     }
     println!("{cuts} cuts in {recoveries} recoveries with {} erases", flash.erases());
     assert!(flash.erases() >= 4, "the history is too short to fill the pages");
+}
+
+/// A flat table of so many taps, different for every seed.
+fn uploaded(taps: usize, seed: u32) -> UploadedTable {
+    let mut bytes = (taps as u32).to_le_bytes().to_vec();
+    for tap in 0..taps as u32 {
+        let weight = if tap == 0 { WEIGHT_ONE } else { 0 };
+        bytes.extend((seed + 2 * tap).to_le_bytes().into_iter().chain(weight.to_le_bytes()));
+    }
+    UploadedTable::new(TickRate::DEFAULT, &bytes).expect("a table")
+}
+
+/// The uploaded table has many words and is one record: old or new like any other, never a mixture, and a setting that
+/// selects it is never stored before it.
+#[test]
+fn a_power_cut_leaves_the_old_table_or_the_new_one_whole() {
+    let (mut cuts, mut flash, mut old) = (0, MockFlash::new(), None);
+    let mut settings = Settings::default();
+    settings.use_uploaded_table();
+    for seed in 0..40 {
+        let new = uploaded(1 + (7 * seed as usize) % 24, seed);
+        let mut store = SettingsStore::new(flash.clone());
+        block_on(store.save(&settings, Some(&new))).expect("saved");
+        let whole = store.into_flash();
+        for cut in 0..whole.operations() - flash.operations() {
+            let mut interrupted = flash.clone();
+            interrupted.cut_after(cut, u64::from(seed) << 16 | cut);
+            let mut store = SettingsStore::new(interrupted);
+            assert!(block_on(store.save(&settings, Some(&new))).is_err());
+            let mut interrupted = store.into_flash();
+            interrupted.restore_power();
+            let (interrupted, stored) = load(interrupted);
+            let found = stored.table();
+            assert!(found == old.as_ref() || found == Some(&new), "seed {seed}, cut {cut}: {found:?}");
+            let selected = stored.settings().shaper_source() == ShaperSource::Uploaded;
+            assert!(!selected || found.is_some(), "seed {seed}, cut {cut}: nothing to select");
+            assert_eq!(stored.skipped() + stored.unknown(), 0);
+            let mut store = SettingsStore::new(interrupted);
+            let (after, _) = block_on(store.save(&settings, Some(&new))).expect("the next save");
+            assert_eq!(after.table(), Some(&new));
+            cuts += 1;
+        }
+        (flash, old) = (whole, Some(new));
+    }
+    println!("{cuts} cuts, {} erases", flash.erases());
+    assert!(flash.erases() >= 4, "the history is too short to fill the pages");
+}
+
+#[test]
+fn the_largest_table_is_stored_and_a_damaged_one_is_skipped() {
+    let table = uploaded(MAX_TABLE_TAPS, 5);
+    let mut store = SettingsStore::new(MockFlash::new());
+    let (stored, written) = block_on(store.save(&Settings::default(), Some(&table))).expect("saved");
+    assert_eq!((stored.table(), written), (Some(&table), 1));
+    let (_, stored) = load(store.into_flash());
+    assert_eq!(stored.table(), Some(&table));
+
+    let good = record::encode_table(&table);
+    assert_eq!(&good[..9], [1, 0, 0, 0, 0, 0, 0x40, 0xaf, 0x40], "4000 Hz");
+    assert_eq!(record::decode_table(&good).as_ref(), Some(&table));
+    for length in 0..good.len() {
+        assert_eq!(record::decode_table(&good[..length]), None, "{length} bytes of it");
+    }
+    let (_, stored) = load(with_record(record::TABLE, &good[..20]));
+    assert_eq!((stored.table(), stored.skipped()), (None, 1));
 }
 
 /// Settings that differ from the defaults in every key.
@@ -220,7 +290,7 @@ fn a_travel_that_moves_as_a_whole_is_never_empty_in_between() {
             let mut interrupted = flash.clone();
             interrupted.cut_after(cut, cut);
             let mut store = SettingsStore::new(interrupted);
-            assert!(block_on(store.save(&new)).is_err());
+            assert!(block_on(store.save(&new, None)).is_err());
             let mut interrupted = store.into_flash();
             interrupted.restore_power();
             let (_, stored) = load(interrupted);
@@ -239,7 +309,7 @@ fn with_record(id: u8, bytes: &[u8]) -> MockFlash {
     let (flash, ..) = save(MockFlash::new(), &Settings::default());
     let config = MapConfig::new(0..2 * JournaledFlash::<MockFlash>::PAGE);
     let mut map = MapStorage::new(JournaledFlash::new(flash), config, Cache::new_uncached());
-    block_on(map.store_item(&mut [0; 128], &id, &bytes)).expect("stored");
+    block_on(map.store_item(&mut [0; 1024], &id, &bytes)).expect("stored");
     map.destroy().0.into_inner()
 }
 
@@ -312,6 +382,7 @@ fn the_format_in_the_flash_is_the_published_one() {
         ("travel.max_mm", 5),
         ("stream.decimation", 6),
         ("analog.full_scale_mm", 7),
+        ("shaper.source", 32),
         ("move.profile", 8),
         ("move.jerk_mm_s3", 9),
         ("base.moving_mass_kg", 10),
@@ -326,6 +397,12 @@ fn the_format_in_the_flash_is_the_published_one() {
     }
     assert_eq!(record::encode(Value::Number(1.5)).as_slice(), [1, 0, 0, 0, 0, 0, 0, 0xf8, 0x3f]);
     assert_eq!(record::encode(Value::Shaper(None)).as_slice(), [1, 0]);
+    for word in ["designed", "uploaded"] {
+        let mut settings = Settings::default();
+        settings.set(Key::ShaperSource, word).expect("a word");
+        let code = u8::from(word == "uploaded");
+        assert_eq!(record::encode(settings.get(Key::ShaperSource)).as_slice(), [1, code]);
+    }
     let types = ["zv", "zvd", "zvdd", "zvddd", "ei", "ei2", "ei3", "mzv"];
     for (name, code) in types.into_iter().zip(1..) {
         let kind: ShaperType = name.parse().expect("a type");
@@ -352,7 +429,7 @@ proptest! {
         let mut store = SettingsStore::new(MockFlash::holding(bytes));
         let _readable_or_not = block_on(store.load());
         let settings = all_changed();
-        let (stored, _) = block_on(store.save(&settings)).expect("saved");
+        let (stored, _) = block_on(store.save(&settings, None)).expect("saved");
         prop_assert_eq!(stored.settings(), &settings);
         let (_, reread) = load(store.into_flash());
         prop_assert_eq!(reread.settings(), &settings);
@@ -374,7 +451,7 @@ proptest! {
                 }
             }
         }
-        let (stored, _) = block_on(store.save(&settings)).expect("saved");
+        let (stored, _) = block_on(store.save(&settings, None)).expect("saved");
         prop_assert_eq!(stored.settings(), &settings);
     }
 }

@@ -3,6 +3,7 @@
 use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
+use super::upload::UploadError;
 use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
@@ -16,6 +17,10 @@ use crate::units::TickRate;
 pub enum CommandError<'l> {
     /// The line could not be read.
     Line(LineFault),
+    /// The line and its checksum do not fit together.
+    Damaged,
+    /// The line has no checksum, and has to have one.
+    NoChecksum,
     /// There is no such command.
     UnknownCommand(&'l str),
     /// There is no such setting.
@@ -85,6 +90,8 @@ pub enum CommandError<'l> {
         /// What the pulses can follow, in mm/s.
         most_mm_s: f64,
     },
+    /// A table was not taken.
+    Upload(UploadError),
     /// The settings could not be stored. This one may have changed some of what is stored.
     Flash(StoreError),
 }
@@ -150,6 +157,10 @@ impl fmt::Display for CommandError<'_> {
             Self::Line(LineFault::NotPrintable(byte)) => {
                 write!(f, "syntax line: byte 0x{byte:02x} is not printable ASCII")
             }
+            Self::Damaged => f.write_str("crc line: the checksum does not match; send it again"),
+            Self::NoChecksum => {
+                f.write_str("crc line: no checksum; send it again, or 'checksum off' to do without")
+            }
             Self::UnknownCommand(name) => {
                 write!(f, "unknown-command {name}: no such command; 'help' lists them")
             }
@@ -183,6 +194,7 @@ impl fmt::Display for CommandError<'_> {
                 "range pulses.steps_per_mm: follows at most {most_mm_s:.3} mm/s at this tick rate, \
                  move.velocity_mm_s is {limit_mm_s}"
             ),
+            Self::Upload(error) => write!(f, "{} table: {error}", error.code()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
         }
     }

@@ -7,7 +7,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 24] = [
+static COMMANDS: [(&str, &str); 26] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -18,6 +18,7 @@ static COMMANDS: [(&str, &str); 24] = [
     ("defaults", "stages the defaults"),
     ("save", "stores what runs, so that it survives a reset; at rest only"),
     ("shaper on|off", "shapes or passes the command through"),
+    ("table begin|frame|commit|abort|show", "a shaper designed elsewhere; see docs/protocol.md"),
     ("move POSITION_MM", "to an absolute position, with move.profile"),
     (
         "sweep linear|exponential FROM_HZ TO_HZ SECONDS|RATE AMPLITUDE",
@@ -35,8 +36,12 @@ static COMMANDS: [(&str, &str); 24] = [
     ("events", "what happened since the last time, as 'event TICK NAME VALUE'"),
     ("encoder reference", "says that the machine is where the setpoint is"),
     ("crash clear", "forgets the record of a crash that 'info' shows"),
-    ("stream on [N]|off", "'# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]' every N ticks"),
+    (
+        "stream on [N] [text|frames]|off",
+        "every N ticks '# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]'",
+    ),
     ("echo on|off", "off for programs: no echo, no prompt"),
+    ("checksum on|off", "on: refuses lines that do not end in ' *' and their CRC-32"),
     ("Ctrl-U", "clears the line"),
 ];
 

@@ -4,8 +4,8 @@ use core::fmt::Write;
 
 use heapless::String;
 
-/// The longest line, in characters.
-pub const MAX_LINE: usize = 120;
+/// The longest line, in characters, its checksum included.
+pub const MAX_LINE: usize = 160;
 
 /// Collects one line of printable ASCII ended by CR, LF or CRLF.
 #[derive(Debug)]

@@ -3,13 +3,16 @@
 //! It does no input or output of its own, so it runs the same behind a UART, a pseudo-terminal or a test. A
 //! reply is any number of lines and then one that begins with `ok` or `err`. docs/protocol.md is the reference.
 
+pub mod checksum;
 mod commands;
 pub mod error;
 mod help;
 pub mod line;
+pub mod upload;
 
 use core::fmt::Write;
 
+use heapless::String;
 use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
@@ -17,12 +20,14 @@ use crate::fault::{Event, EventLog, Fault};
 use crate::motion::MultisineDrawing;
 use crate::restart::Restart;
 use crate::settings::{Settings, StoreError, Stored};
-use crate::shaper::ShaperTable;
-use crate::telemetry::{Activity, Status};
+use crate::shaper::{ShaperTable, UploadedTable};
+use crate::telemetry::{Activity, Status, Streaming};
 use crate::units::TickRate;
 
+use checksum::{Checked, ReplyWithChecksum};
 pub use error::{Busy, CommandError, Refused};
-use line::LineEditor;
+use line::{LineEditor, LineFault, MAX_LINE};
+use upload::Upload;
 
 /// The longest reply in bytes; what takes the output must have room for it. Every reply is below it by test.
 pub const MAX_REPLY: usize = 6144;
@@ -39,11 +44,11 @@ pub struct Identity {
 }
 
 /// What a command asks of whoever owns the flash, which may take long.
-#[expect(clippy::large_enum_variant, reason = "no heap")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
-    /// Store these with [`crate::settings::SettingsStore::save`] and tell [`Console::saved`] how it went.
-    Save(Settings),
+    /// Store what [`Console::settings_to_store`] and [`Console::table_to_store`] give with
+    /// [`crate::settings::SettingsStore::save`] and tell [`Console::saved`] how it went.
+    Save,
     /// Forget the record of a crash.
     ForgetCrash,
 }
@@ -76,6 +81,15 @@ pub struct Console<'m> {
     drawing: Option<MultisineDrawing<'m>>,
     shaper_on: bool,
     table: ShaperTable,
+    /// The table that `shaper.source` may select.
+    uploaded: Option<UploadedTable>,
+    /// The table on its way.
+    upload: Option<Upload>,
+    streaming: Streaming,
+    /// Whether lines without a checksum are refused.
+    checksum_required: bool,
+    /// Whether the reply to come has a checksum.
+    reply_has_checksum: bool,
     spare_history: Option<&'m mut [i32]>,
     history_samples: usize,
     requests: Producer<'m, Request<'m>>,
@@ -106,6 +120,11 @@ impl<'m> Console<'m> {
             drawing: None,
             shaper_on: true,
             table,
+            uploaded: None,
+            upload: None,
+            streaming: Streaming::default(),
+            checksum_required: false,
+            reply_has_checksum: false,
             history_samples: spare_history.len(),
             spare_history: Some(spare_history),
             requests,
@@ -123,7 +142,10 @@ impl<'m> Console<'m> {
     /// Why they cannot, for [`Self::greet`] to print.
     pub fn restore(&mut self, stored: Result<Stored, StoreError>) -> Result<(), CommandError<'static>> {
         match stored {
-            Ok(stored) => self.stored = stored,
+            Ok(stored) => {
+                self.uploaded = stored.table().cloned();
+                self.stored = stored;
+            }
             Err(fault) => self.store_fault = Some(fault),
         }
         self.run_stored()
@@ -154,19 +176,36 @@ impl<'m> Console<'m> {
         self.effect.take()
     }
 
+    /// What telemetry was asked for last, for whoever sends it.
+    pub fn streaming(&self) -> Streaming {
+        self.streaming
+    }
+
+    /// What `save` stores: the settings that run, not those that are staged.
+    pub fn settings_to_store(&self) -> &Settings {
+        &self.live
+    }
+
+    /// The uploaded table that `save` stores, if there is one.
+    pub fn table_to_store(&self) -> Option<&UploadedTable> {
+        self.uploaded.as_ref()
+    }
+
     /// Ends the reply to `save`: with what is stored now and the number of records written, or with the fault.
     pub fn saved(&mut self, result: Result<(Stored, u32), StoreError>, out: &mut dyn Write) {
-        let _best_effort = match result {
-            Ok((stored, written)) => {
-                self.stored = stored;
-                self.store_fault = None;
-                write!(out, "ok save written={written} stored={}\r\n", self.stored.loaded())
-            }
-            Err(fault) => {
-                self.store_fault = Some(fault);
-                write!(out, "{}\r\n", CommandError::Flash(fault))
-            }
-        };
+        self.reply(out, |console, out| {
+            let _best_effort = match result {
+                Ok((stored, written)) => {
+                    console.stored = stored;
+                    console.store_fault = None;
+                    write!(out, "ok save written={written} stored={}\r\n", console.stored.loaded())
+                }
+                Err(fault) => {
+                    console.store_fault = Some(fault);
+                    write!(out, "{}\r\n", CommandError::Flash(fault))
+                }
+            };
+        });
         self.prompt(out);
     }
 
@@ -191,7 +230,9 @@ impl<'m> Console<'m> {
     /// Ends the reply to `crash clear`.
     pub fn crash_forgotten(&mut self, out: &mut dyn Write) {
         self.restart.crash = None;
-        let _best_effort = out.write_str("ok crash clear\r\n");
+        self.reply(out, |_, out| {
+            let _best_effort = out.write_str("ok crash clear\r\n");
+        });
         self.prompt(out);
     }
 
@@ -205,19 +246,47 @@ impl<'m> Console<'m> {
         // Nobody should, but lines are answered in their order.
         while self.work(out) {}
         let Some(line) = self.editor.feed(byte, out) else { return };
-        match &line {
-            Ok(line) if line.trim().is_empty() => {}
-            Ok(line) => {
-                if let Err(error) = self.execute(line, out) {
-                    let _best_effort = write!(out, "{error}\r\n");
-                }
-            }
-            Err(fault) => {
-                let _best_effort = write!(out, "{}\r\n", CommandError::Line(*fault));
-            }
-        }
+        self.take_line(line, out);
         if self.effect.is_none() && self.drawing.is_none() {
             self.prompt(out);
+        }
+    }
+
+    fn take_line(&mut self, line: Result<String<MAX_LINE>, LineFault>, out: &mut dyn Write) {
+        let checked = line.as_ref().map(|line| Checked::of(line)).map_err(|fault| CommandError::Line(*fault));
+        self.reply_has_checksum = self.checksum_required || matches!(checked, Ok(Checked::Good(_)));
+        let command = checked.and_then(|checked| match checked {
+            // Nothing but this very line ends what asked for checksums, so that a person is not locked out.
+            Checked::Plain(line)
+                if self.checksum_required && !line.trim().is_empty() && line != "checksum off" =>
+            {
+                Err(CommandError::NoChecksum)
+            }
+            Checked::Plain(line) | Checked::Good(line) => Ok(line),
+            Checked::Damaged => Err(CommandError::Damaged),
+        });
+        if matches!(command, Err(CommandError::NoChecksum | CommandError::Damaged)) {
+            self.note(Event::Crc, 0);
+        }
+        self.reply(out, |console, out| {
+            let result = command.and_then(|line| match line.trim() {
+                "" => Ok(()),
+                line => console.execute(line, out),
+            });
+            if let Err(error) = result {
+                let _best_effort = write!(out, "{error}\r\n");
+            }
+        });
+    }
+
+    /// Lets something be said, with a checksum where the line asked for it.
+    fn reply(&mut self, out: &mut dyn Write, speak: impl FnOnce(&mut Self, &mut dyn Write)) {
+        if self.reply_has_checksum {
+            let mut reply = ReplyWithChecksum::new(out);
+            speak(self, &mut reply);
+            reply.finish();
+        } else {
+            speak(self, out);
         }
     }
 
@@ -228,9 +297,11 @@ impl<'m> Console<'m> {
         if drawing.draw_line() {
             return true;
         }
-        if let Err(error) = self.finish_drawing(out) {
-            let _best_effort = write!(out, "{error}\r\n");
-        }
+        self.reply(out, |console, out| {
+            if let Err(error) = console.finish_drawing(out) {
+                let _best_effort = write!(out, "{error}\r\n");
+            }
+        });
         self.prompt(out);
         false
     }

@@ -15,6 +15,8 @@ pub enum Key {
     TickRate,
     /// `modeN.…`, N from 1; the number here counts from zero.
     Mode(usize, ModeKey),
+    /// `shaper.source`
+    ShaperSource,
     /// `move.velocity_mm_s`
     Velocity,
     /// `move.acceleration_mm_s2`
@@ -46,6 +48,28 @@ pub enum ModeKey {
     DampingRatio,
     /// `type`
     Type,
+}
+
+/// Where the shaper that runs comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShaperSource {
+    /// From the settings of the modes.
+    Designed = 0,
+    /// From the table that was uploaded.
+    Uploaded = 1,
+}
+
+impl ShaperSource {
+    /// Both, in the order of [`Self::WORDS`].
+    const ALL: [Self; 2] = [Self::Designed, Self::Uploaded];
+
+    /// Their words on the console; the place of a word is its number in the flash.
+    pub const WORDS: [&'static str; 2] = ["designed", "uploaded"];
+
+    /// The word on the console.
+    pub fn name(self) -> &'static str {
+        Choice::new(&Self::WORDS, self as u8).word()
+    }
 }
 
 /// The value of a setting.
@@ -170,6 +194,7 @@ impl Key {
         [Self::TickRate]
             .into_iter()
             .chain(modes)
+            .chain([Self::ShaperSource])
             .chain([
                 Self::Profile,
                 Self::Velocity,
@@ -188,7 +213,7 @@ impl Key {
     pub fn unit(self) -> &'static str {
         match self {
             Self::TickRate | Self::Mode(_, ModeKey::Frequency) => "Hz",
-            Self::Mode(_, ModeKey::DampingRatio | ModeKey::Type) | Self::Profile => "",
+            Self::Mode(_, ModeKey::DampingRatio | ModeKey::Type) | Self::ShaperSource | Self::Profile => "",
             Self::Velocity => "mm/s",
             Self::Acceleration => "mm/s2",
             Self::Jerk => "mm/s3",
@@ -206,6 +231,7 @@ impl Key {
             Self::Mode(_, ModeKey::Frequency) => "Undamped natural frequency of the mode.",
             Self::Mode(_, ModeKey::DampingRatio) => "Damping ratio of the mode.",
             Self::Mode(_, ModeKey::Type) => "Type of the mode's shaper.",
+            Self::ShaperSource => "The shaper that runs: of the modes, or the uploaded table.",
             Self::Profile => "Shape of moves; trapezoid does not limit jerk, nor do its stops.",
             Self::Velocity => "Largest velocity of the setpoint.",
             Self::Acceleration => "Largest acceleration of the setpoint; stops brake with it.",
@@ -225,7 +251,7 @@ impl Key {
             Self::TickRate => TickRate::RANGE_HZ,
             Self::Mode(_, ModeKey::Frequency) => (Mode::MIN_FREQUENCY_HZ, TickRate::RANGE_HZ.1 / 2.0),
             Self::Mode(_, ModeKey::DampingRatio) => (0.0, Mode::MAX_DAMPING_RATIO),
-            Self::Mode(_, ModeKey::Type) | Self::Profile => (0.0, 0.0),
+            Self::Mode(_, ModeKey::Type) | Self::ShaperSource | Self::Profile => (0.0, 0.0),
             Self::Velocity => (0.01, 10_000.0),
             Self::Acceleration => (0.1, 200_000.0),
             Self::Jerk => (100.0, 1.0e9),
@@ -244,6 +270,7 @@ impl Key {
         match self {
             Self::Profile => Some(&Profile::NAMES),
             Self::Drive(key) => key.words(),
+            Self::ShaperSource => Some(&ShaperSource::WORDS),
             _ => None,
         }
     }
@@ -277,6 +304,7 @@ impl fmt::Display for Key {
         f.write_str(match self {
             Self::Mode(index, part) => return write!(f, "mode{}.{}", index + 1, part.name()),
             Self::TickRate => "tick.rate_hz",
+            Self::ShaperSource => "shaper.source",
             Self::Velocity => "move.velocity_mm_s",
             Self::Acceleration => "move.acceleration_mm_s2",
             Self::TravelMin => "travel.min_mm",
@@ -324,6 +352,7 @@ impl Settings {
             Key::Mode(index, part) => {
                 self.modes.get(index).map_or(Value::Shaper(None), |mode| mode.get(part))
             }
+            Key::ShaperSource => Value::Word(Choice::new(&ShaperSource::WORDS, self.shaper_source as u8)),
             Key::Velocity => Value::Number(self.limits.velocity_mm_s),
             Key::Acceleration => Value::Number(self.limits.acceleration_mm_s2),
             Key::TravelMin => Value::Number(self.limits.travel_mm.0),
@@ -362,6 +391,11 @@ impl Settings {
                 self.change_mode(index, |mode| mode.shaper = shaper);
             }
             (Key::Mode(_, ModeKey::Type), Value::Number(_)) => return Err(Refusal::UnknownType),
+            (Key::ShaperSource, Value::Word(choice)) => {
+                let source = ShaperSource::ALL.get(usize::from(choice.place()));
+                let refusal = Refusal::NotAWord { words: &ShaperSource::WORDS };
+                self.shaper_source = *source.ok_or(refusal)?;
+            }
             (Key::Drive(key), Value::Word(choice)) => self.drive.put_word(key, choice)?,
             (Key::Profile, value) => self.profile = profile(value)?,
             (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
@@ -379,6 +413,7 @@ impl Settings {
                 self.change_mode(index, |mode| mode.damping_ratio = number);
             }
             Key::Mode(_, ModeKey::Type) => return Err(Refusal::UnknownType),
+            Key::ShaperSource => return Err(Refusal::NotAWord { words: &ShaperSource::WORDS }),
             Key::Profile => return Err(Refusal::NotAWord { words: &Profile::NAMES }),
             Key::Jerk => self.limits.jerk_mm_s3 = number,
             Key::MovingMass => self.moving_mass_kg = number,

@@ -8,7 +8,7 @@ pub mod record;
 pub mod store;
 
 pub use drive::{DriveKey, DriveSettings, EmergencyInput, PulseKind};
-pub use key::{Choice, Key, ModeKey, Refusal, Value};
+pub use key::{Choice, Key, ModeKey, Refusal, ShaperSource, Value};
 pub use store::{SettingsStore, StoreError, Stored};
 
 use crate::control::Setup;
@@ -35,6 +35,7 @@ pub struct ModeSetting {
 pub struct Settings {
     tick_rate: TickRate,
     modes: [ModeSetting; MAX_MODES],
+    shaper_source: ShaperSource,
     limits: MoveLimits,
     profile: Profile,
     moving_mass_kg: f64,
@@ -47,6 +48,16 @@ impl Settings {
     /// rate it can run is the nearest that [`TickRate::attainable`] gives.
     pub fn tick_rate(&self) -> TickRate {
         self.tick_rate
+    }
+
+    /// Selects the uploaded table.
+    pub fn use_uploaded_table(&mut self) {
+        self.shaper_source = ShaperSource::Uploaded;
+    }
+
+    /// Where the shaper comes from.
+    pub fn shaper_source(&self) -> ShaperSource {
+        self.shaper_source
     }
 
     /// What a motion may ask of the machine, before a shaper of gain one.
@@ -112,6 +123,7 @@ impl Default for Settings {
         Self {
             tick_rate: TickRate::DEFAULT,
             modes: [ModeSetting { frequency_hz: 1.0, damping_ratio: 0.0, shaper: None }; MAX_MODES],
+            shaper_source: ShaperSource::Designed,
             limits: MoveLimits {
                 velocity_mm_s: 500.0,
                 acceleration_mm_s2: 5000.0,

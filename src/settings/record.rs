@@ -7,20 +7,30 @@
 //! | 8 | a number: IEEE 754 double, least significant byte first, in the key's unit |
 //! | or 1 | a shaper type: 0 off, 1 ZV, 2 ZVD, 3 ZVDD, 4 ZVDDD, 5 EI, 6 two-hump EI, 7 three-hump EI, 8 MZV |
 //! | or 1 | a word: its place in the key's list, from zero |
+//! | or 8, and more | the uploaded table, [`TABLE`]: its tick rate in hertz as such a number, then its bytes ([`crate::shaper::wire`]) |
 //!
 //! Length and CRC-32 are the store's. A record of more than [`MAX_BYTES`] bytes will never be written.
 
 use super::{Choice, Key, ModeKey, Value};
-use crate::shaper::ShaperType;
+use crate::shaper::wire::MAX_TABLE_BYTES;
+use crate::shaper::{ShaperType, UploadedTable};
+use crate::units::TickRate;
 
 /// The version of the bytes after the id.
 pub const FORMAT: u8 = 1;
 
 /// The most bytes a record of this or a later firmware may have, id included.
-pub const MAX_BYTES: usize = 64;
+pub const MAX_BYTES: usize = 600;
+const _: () = assert!(MAX_BYTES >= 2 + 8 + MAX_TABLE_BYTES);
 
-/// A record's bytes after the id.
-pub type Bytes = heapless::Vec<u8, MAX_BYTES>;
+/// A setting's bytes after the id.
+pub type Bytes = heapless::Vec<u8, 16>;
+
+/// The uploaded table's bytes after the id.
+pub type TableBytes = heapless::Vec<u8, MAX_BYTES>;
+
+/// The id of the uploaded table, which is no setting.
+pub const TABLE: u8 = 33;
 
 const FIRST_OF_MODES: u8 = 16;
 /// Ids per mode, one of them spare.
@@ -41,6 +51,7 @@ impl Key {
             Self::Jerk => 9,
             Self::MovingMass => 10,
             Self::Drive(key) => key.id(),
+            Self::ShaperSource => 32,
             Self::Mode(index, part) => {
                 let part = match part {
                     ModeKey::Frequency => 0,
@@ -84,6 +95,23 @@ pub fn decode(key: Key, bytes: &[u8]) -> Option<Value> {
         }
         (_, payload) => Some(Value::Number(f64::from_le_bytes(payload.try_into().ok()?))),
     }
+}
+
+/// The bytes of an uploaded table.
+pub fn encode_table(table: &UploadedTable) -> TableBytes {
+    let mut bytes = TableBytes::new();
+    // See MAX_BYTES.
+    let _fits = bytes.push(FORMAT).is_ok()
+        && bytes.extend_from_slice(&table.tick_rate().hz().to_le_bytes()).is_ok()
+        && bytes.extend_from_slice(table.bytes()).is_ok();
+    bytes
+}
+
+/// The uploaded table of these bytes; `None` when they are of another format or make no table.
+pub fn decode_table(bytes: &[u8]) -> Option<UploadedTable> {
+    let (&FORMAT, payload) = bytes.split_first()? else { return None };
+    let (rate_hz, bytes) = payload.split_first_chunk::<8>()?;
+    UploadedTable::new(TickRate::from_hz(f64::from_le_bytes(*rate_hz))?, bytes).ok()
 }
 
 /// Numbers that are never given to another type.

@@ -11,6 +11,7 @@ use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::erase_journal::JournaledFlash;
 use super::{Key, Settings, Value, record};
+use crate::shaper::UploadedTable;
 
 /// What the flash holds.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,6 +20,8 @@ pub struct Stored {
     settings: Settings,
     /// The settings that have a record, a bit for each id.
     present: u64,
+    /// The uploaded table, if one is stored.
+    table: Option<UploadedTable>,
     /// Records that could not be used: unknown format, or a value outside its range.
     skipped: u32,
     /// Records of settings that this firmware does not have.
@@ -34,6 +37,11 @@ impl Stored {
     /// The stored value of a setting, if it has one.
     pub fn get(&self, key: Key) -> Option<Value> {
         (self.present & bit(key) != 0).then(|| self.settings.get(key))
+    }
+
+    /// The uploaded table, if one is stored.
+    pub fn table(&self) -> Option<&UploadedTable> {
+        self.table.as_ref()
     }
 
     /// How many settings have a stored value.
@@ -52,6 +60,13 @@ impl Stored {
     }
 
     fn take(&mut self, id: u8, bytes: &[u8], travel: &mut [Option<Value>; 2]) {
+        if id == record::TABLE {
+            match record::decode_table(bytes) {
+                Some(table) => self.table = Some(table),
+                None => self.skipped += 1,
+            }
+            return;
+        }
         let Some(key) = Key::from_id(id) else {
             self.unknown += 1;
             return;
@@ -129,10 +144,13 @@ impl<E> From<Error<E>> for StoreError {
 
 type Map<F> = MapStorage<u8, JournaledFlash<F>, Cache<Uncached, Uncached, Uncached, u8>>;
 
+/// A record, and what it grows by to whole words of any flash.
+const BUFFER: usize = record::MAX_BYTES + 32;
+
 /// The settings in a flash of two sectors that starts at its address zero.
 pub struct SettingsStore<F: NorFlash> {
     map: Map<F>,
-    buffer: [u8; 2 * record::MAX_BYTES],
+    buffer: [u8; BUFFER],
 }
 
 impl<F: NorFlash> SettingsStore<F> {
@@ -142,7 +160,7 @@ impl<F: NorFlash> SettingsStore<F> {
     /// Nothing is read yet.
     pub const fn new(flash: F) -> Self {
         let map = MapStorage::new(JournaledFlash::new(flash), Self::CONFIG, Cache::new_uncached());
-        Self { map, buffer: [0; 2 * record::MAX_BYTES] }
+        Self { map, buffer: [0; BUFFER] }
     }
 
     /// Reads all settings. Writes only where a power cut interrupted the erase of a page or the move to the other page:
@@ -163,16 +181,20 @@ impl<F: NorFlash> SettingsStore<F> {
     }
 
     /// Stores what differs from what is stored, reads it back, and returns what is stored then with the number of
-    /// records written. A region that cannot be read, is filled by something else, or does not keep what is
+    /// records written. Without a `table` the stored one stays. A region that cannot be read, is filled by something else, or does not keep what is
     /// written is erased once and written anew.
     ///
     /// # Errors
     /// [`StoreError`]; some settings may have been stored, each wholly or not at all.
-    pub async fn save(&mut self, settings: &Settings) -> Result<(Stored, u32), StoreError> {
-        match self.save_changes(settings).await {
+    pub async fn save(
+        &mut self,
+        settings: &Settings,
+        table: Option<&UploadedTable>,
+    ) -> Result<(Stored, u32), StoreError> {
+        match self.save_changes(settings, table).await {
             Err(error) if error != StoreError::Flash => {
                 self.map.erase_all().await?;
-                match self.save_changes(settings).await {
+                match self.save_changes(settings, table).await {
                     Err(StoreError::Unreadable) => Err(StoreError::NotKept),
                     result => result,
                 }
@@ -181,9 +203,19 @@ impl<F: NorFlash> SettingsStore<F> {
         }
     }
 
-    async fn save_changes(&mut self, settings: &Settings) -> Result<(Stored, u32), StoreError> {
+    async fn save_changes(
+        &mut self,
+        settings: &Settings,
+        table: Option<&UploadedTable>,
+    ) -> Result<(Stored, u32), StoreError> {
         let before = self.load().await?;
         let mut written = 0;
+        // Before the setting that selects it.
+        if let Some(table) = table.filter(|table| before.table() != Some(table)) {
+            let bytes = record::encode_table(table);
+            self.map.store_item(&mut self.buffer, &record::TABLE, &bytes.as_slice()).await?;
+            written += 1;
+        }
         for key in write_order(&before.settings, settings) {
             let value = settings.get(key);
             if before.settings.get(key) != value {
@@ -193,7 +225,8 @@ impl<F: NorFlash> SettingsStore<F> {
             }
         }
         let after = self.load().await?;
-        if after.settings == *settings { Ok((after, written)) } else { Err(StoreError::NotKept) }
+        let kept = after.settings == *settings && (table.is_none() || after.table() == table);
+        if kept { Ok((after, written)) } else { Err(StoreError::NotKept) }
     }
 
     /// The flash.

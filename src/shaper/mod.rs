@@ -14,6 +14,7 @@ pub mod residual;
 pub mod stage;
 pub mod table;
 mod tick_grid;
+pub mod uploaded;
 pub mod wire;
 
 pub use cascade::Cascade;
@@ -22,6 +23,7 @@ pub use handover::Shaping;
 pub use mode::{KnownTypes, Mode, ModeError, ShaperType};
 pub use stage::{Stage, StageTaps, Tap};
 pub use table::{ShaperTable, TapsError};
+pub use uploaded::UploadedTable;
 
 /// The most modes that one table shapes.
 pub const MAX_MODES: usize = 4;

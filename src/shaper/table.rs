@@ -139,6 +139,7 @@ impl ShaperTable {
     ///
     /// # Errors
     /// [`TableError`] names the mode that cannot be shaped at this tick rate, or the excess of modes.
+    #[inline(never)]
     pub fn design(modes: &[Mode], tick_rate: TickRate) -> Result<Self, TableError> {
         let mut table = Self::identity(tick_rate);
         for (index, mode) in modes.iter().enumerate() {

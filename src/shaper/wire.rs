@@ -20,6 +20,8 @@ impl ShaperTable {
     ///
     /// # Errors
     /// [`TapsError`]: bytes left over or missing, or taps that make no table.
+    // Called in several places, none of them in a hurry.
+    #[inline(never)]
     pub fn from_bytes(tick_rate: TickRate, bytes: &[u8]) -> Result<Self, TapsError> {
         let mut taps = Vec::<Tap, MAX_TABLE_TAPS>::new();
         let mut lengths = Vec::<usize, MAX_MODES>::new();

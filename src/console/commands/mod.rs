@@ -6,6 +6,7 @@ mod reports;
 mod setting_values;
 mod shaping;
 mod streaming;
+mod table;
 mod words;
 
 use core::fmt::{self, Write};
@@ -35,6 +36,7 @@ impl Console<'_> {
             "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
             "save" => no_more(words, "save", "save").and_then(|()| self.save()),
             "shaper" => self.switch_shaper(words, out),
+            "table" => self.table(words, out),
             "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
             "emergency" => no_more(words, "emergency", "emergency").and_then(|()| self.emergency(out)),
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
@@ -42,6 +44,7 @@ impl Console<'_> {
             "encoder" => self.reference_encoder(words, out),
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
+            "checksum" => self.switch_checksum(words, out),
             "echo" => self.switch_echo(words, out),
             _ => match MotionSpec::parse(command, words) {
                 Some(spec) => self.start(&spec?, out),

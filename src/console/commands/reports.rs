@@ -13,8 +13,10 @@ impl Console<'_> {
         say(out, format_args!("board {}", self.identity.board));
         say(out, format_args!("tick_hz {}", table.tick_rate().hz()));
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
+        say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
         self.describe_table(out);
+        self.describe_uploaded(out);
         self.describe_stored(out);
         self.describe_restart(out);
         say(out, format_args!("ok info"));
@@ -26,6 +28,16 @@ impl Console<'_> {
         say(out, format_args!("shaper_duration_ms {:.3}", table.duration_s() * 1e3));
         say(out, format_args!("shaper_delay_ms {:.3}", table.delay_s() * 1e3));
         say(out, format_args!("history_samples {} of {}", table.history_samples(), self.history_samples));
+    }
+
+    fn describe_uploaded(&self, out: &mut dyn Write) {
+        for (name, table) in [("table_crc32", self.uploaded.as_ref()), ("table_stored", self.stored.table())]
+        {
+            match table {
+                Some(table) => say(out, format_args!("{name} 0x{:08x}", table.crc32())),
+                None => say(out, format_args!("{name} none")),
+            }
+        }
     }
 
     fn describe_stored(&self, out: &mut dyn Write) {

@@ -73,7 +73,7 @@ impl Console<'_> {
     /// The reply comes when the effect has been carried out.
     pub(super) fn save(&mut self) -> Result<(), CommandError<'static>> {
         self.require_rest("save")?;
-        self.effect = Some(Effect::Save(self.live.clone()));
+        self.effect = Some(Effect::Save);
         Ok(())
     }
 

@@ -6,8 +6,9 @@ use super::say;
 use super::words::{Words, no_more, parse_switch};
 use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
+use crate::console::upload::UploadError;
 use crate::control::Request;
-use crate::settings::Settings;
+use crate::settings::{Settings, ShaperSource};
 use crate::shaper::table::TableError;
 use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable};
 use crate::telemetry::Activity;
@@ -60,7 +61,8 @@ impl Console<'_> {
             return Err(CommandError::Busy { command, reason: Busy::Activity(activity) });
         }
         self.check_outputs(settings, tick_rate, command)?;
-        let table = if shaper_on { design(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
+        let table =
+            if shaper_on { self.shaper(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
         let (needed, available) = (table.history_samples(), self.history_samples);
         if needed > available {
             return Err(CommandError::Memory { needed, available, tick_rate });
@@ -81,6 +83,21 @@ impl Console<'_> {
         self.request(command, Request::Configure(settings.setup(tick_rate, table.absolute_gain())))?;
         self.table = table;
         Ok(())
+    }
+
+    /// The table that the settings select.
+    fn shaper(&self, settings: &Settings, tick_rate: TickRate) -> Result<ShaperTable, CommandError<'static>> {
+        match (settings.shaper_source(), &self.uploaded) {
+            (ShaperSource::Designed, _) => design(settings, tick_rate),
+            (ShaperSource::Uploaded, None) => Err(CommandError::Upload(UploadError::NoTable)),
+            (ShaperSource::Uploaded, Some(uploaded)) if uploaded.tick_rate() == tick_rate => {
+                Ok(uploaded.table())
+            }
+            (ShaperSource::Uploaded, Some(uploaded)) => {
+                let rate_hz = uploaded.tick_rate().hz();
+                Err(CommandError::Upload(UploadError::Rate { rate_hz, tick_rate }))
+            }
+        }
     }
 }
 

@@ -33,3 +33,13 @@ pub(super) fn parse_switch(
 pub(super) fn on_off(on: bool) -> &'static str {
     if on { "on" } else { "off" }
 }
+
+pub(super) fn parse_number(
+    word: Option<&str>,
+    command: &'static str,
+    usage: &'static str,
+) -> Result<f64, CommandError<'static>> {
+    word.and_then(|word| word.parse().ok())
+        .filter(|number: &f64| number.is_finite())
+        .ok_or(CommandError::Usage { command, usage })
+}

@@ -21,7 +21,11 @@ struct Scripted {
 impl Scripted {
     fn new(answers: &[(&'static str, &'static str)]) -> Box<Self> {
         let mut answers = answers.to_vec();
-        answers.extend([("echo off", "ok echo off\r\n"), ("stream off", "ok stream off decimation=0\r\n")]);
+        answers.extend([
+            ("echo off", "ok echo off\r\n"),
+            ("stream off", "ok stream off decimation=0\r\n"),
+            ("checksum on", "err unknown-command checksum: no such command\r\n"),
+        ]);
         Box::new(Self { answers, line: String::new(), outgoing: VecDeque::new(), clock: Duration::ZERO })
     }
 }
@@ -38,6 +42,7 @@ impl ByteLink for Scripted {
                 continue;
             }
             let line = std::mem::take(&mut self.line);
+            let line = line.split(" *").next().unwrap_or_default();
             if let Some((_, answer)) = self.answers.iter().find(|(command, _)| *command == line) {
                 self.outgoing.extend(answer.as_bytes());
             }
@@ -154,6 +159,7 @@ fn a_gap_in_the_stream_is_an_error_that_counts() {
     let answers = [
         ("info", "tick_hz 4000\r\nok info\r\n"),
         ("status", status),
+        ("stream on 4 frames", "err syntax stream: usage: stream on [N]|off\r\n"),
         ("stream on 4", "ok stream on decimation=4\r\n# 0 0 0 0\r\n"),
         ("move 50", "ok move ticks=10 settled_ticks=10\r\n# 1 4 7 7\r\n# 5 20 9 9\r\n"),
     ];

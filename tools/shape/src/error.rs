@@ -124,6 +124,9 @@ pub enum TableProblem {
         /// What is wrong with it.
         what: &'static str,
     },
+    /// Taps that no board would run.
+    #[error("{0}; write the table again with `stillbeam shape`")]
+    Taps(stillbeam_firmware::shaper::TapsError),
     /// The taps were changed after the CRC was computed.
     #[error(
         "crc32 is {written} but the taps give {computed}: the file was edited or damaged; write the table again"

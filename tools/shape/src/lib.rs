@@ -7,6 +7,7 @@
 //! | modes and a rate become a [`ShaperDesign`], the JSON of `stillbeam shape` | `design` |
 //! | impulses of all modes become one sorted sequence | `impulse_sequence` |
 //! | the integer cascade's residual, at the design point and over a box of frequencies | `residual` |
+//! | a table file becomes what is sent to a board, whoever designed it | `board_table` |
 //! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
 //!
 //! All arithmetic of the shaper itself is the firmware core's: nothing is designed twice.
@@ -21,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod board_table;
 mod checksum;
 mod design;
 mod error;
@@ -29,6 +31,7 @@ mod mode_spec;
 mod residual;
 mod table_file;
 
+pub use board_table::BoardTable;
 pub use checksum::Crc32;
 pub use design::{DesignOptions, ImpulseEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry};
 pub use error::{ModeSpecError, ShapeError, TableFileError, TableProblem};

@@ -5,6 +5,7 @@ mod cargo;
 mod emulate;
 mod failure;
 mod firmware;
+mod fuzz;
 mod interrupt;
 mod libtest;
 mod run;
@@ -23,6 +24,7 @@ const USAGE: &str = "usage: cargo xtask CHORE
   size [--symbols N]   build the image and print how much flash and RAM it takes
   check-interrupt      build the image and prove that its tick never panics, locks or emulates floats
   bench-firmware       count the tick's instructions in the emulator and record them in docs/results
+  fuzz [--runs N]      let libFuzzer look for inputs that the console, files and frames do not survive
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -57,6 +59,8 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["size", "--symbols", count] => size::size(number(count)?)?,
         ["bench-firmware"] => bench_firmware::record()?,
         ["check-interrupt"] => interrupt::check_interrupt()?,
+        ["fuzz"] => fuzz::fuzz(fuzz::DEFAULT_RUNS)?,
+        ["fuzz", "--runs", runs] => fuzz::fuzz(number(runs)?)?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
         ["setup"] => setup::everything()?,

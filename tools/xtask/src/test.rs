@@ -9,7 +9,7 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::libtest::Tally;
 use crate::run::{cannot_start, describe, run, say};
-use crate::{bench_firmware, firmware, interrupt, setup, size};
+use crate::{bench_firmware, firmware, fuzz, interrupt, setup, size};
 
 /// Set for the emulator tests: the image to boot.
 const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
@@ -19,6 +19,7 @@ pub fn test() -> Result<ExitCode, Failure> {
     let mut outcome = Outcome::default();
     let compiler = outcome.tool("the firmware image and the emulator tests", setup::compiler);
     let emulator = outcome.tool("the emulator tests", setup::emulator);
+    let fuzzer = outcome.tool("a short run of libFuzzer", fuzz::compiler);
     outcome.step("format", || run(cargo().args(["fmt", "--all", "--check"])));
     outcome.step("lints", || {
         let mut lint = cargo();
@@ -42,6 +43,9 @@ pub fn test() -> Result<ExitCode, Failure> {
     }
     let image = image.filter(|_| emulator.is_some());
     outcome.tests(image.as_deref())?;
+    if fuzzer.is_some() {
+        outcome.step("a short run of libFuzzer", fuzz::short);
+    }
     if let Some(image) = &image {
         outcome.step("cost of the tick", || {
             println!("{}", bench_firmware::gate(image)?);

@@ -53,6 +53,18 @@ pub enum BoardError {
         /// How long was waited, on the link's clock.
         waited: Duration,
     },
+    /// The line damages what is sent over it.
+    #[error(
+        "{board}: `{command}` or its reply was damaged by the line, in the last of {attempts} attempts or where another could do it twice; look at `status`, and check cable, baud rate and ground"
+    )]
+    Damaged {
+        /// The board.
+        board: String,
+        /// The command.
+        command: String,
+        /// How often it may have been sent.
+        attempts: u32,
+    },
     /// The line failed.
     #[error("{board}: the line failed: {source}; check the cable and start again")]
     Io {
@@ -74,6 +86,16 @@ pub enum BoardError {
         found: String,
         /// What should have come.
         expected: &'static str,
+    },
+    /// The board has another table than the one that was sent.
+    #[error("{board}: the table sent has crc32 {sent}, the board reports {found}; send it again")]
+    Table {
+        /// The board.
+        board: String,
+        /// The CRC of what was sent.
+        sent: String,
+        /// What the board says.
+        found: String,
     },
     /// Telemetry is missing.
     #[error(

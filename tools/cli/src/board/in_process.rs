@@ -13,6 +13,7 @@ use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::Inputs;
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
+use stillbeam_firmware::telemetry::sender::Sender;
 
 use super::ByteLink;
 use super::ram_flash::RamFlash;
@@ -21,6 +22,7 @@ use super::ram_flash::RamFlash;
 pub struct InProcessBoard {
     parts: Parts<'static>,
     store: SettingsStore<RamFlash>,
+    sender: Sender,
     /// Bytes on their way to the host.
     outgoing: VecDeque<u8>,
     clock_s: f64,
@@ -45,6 +47,7 @@ impl InProcessBoard {
         let mut board = Self {
             parts,
             store: SettingsStore::new(RamFlash::new()),
+            sender: Sender::new(),
             outgoing: VecDeque::new(),
             clock_s: 0.0,
         };
@@ -64,7 +67,7 @@ impl InProcessBoard {
         self.clock_s += period_s;
         self.parts.controller.tick(Inputs::default());
         while let Some(sample) = self.parts.samples.dequeue() {
-            self.outgoing.extend(format!("{sample}\r\n").as_bytes());
+            self.outgoing.extend(self.sender.send(sample).unwrap_or_default());
         }
     }
 }
@@ -86,14 +89,18 @@ impl ByteLink for InProcessBoard {
                 console.feed(*byte, text);
                 while console.work(text) {}
             });
+            // Before the tick takes it, because every tick sends its sample.
+            self.outgoing.extend(self.sender.follow(self.parts.console.streaming()).unwrap_or_default());
             // As on the board: the reply is out when the interrupt has taken what the line asked for.
             while self.parts.console.has_waiting_request() {
                 self.tick();
             }
             match self.parts.console.take_effect() {
                 None => {}
-                Some(Effect::Save(settings)) => {
-                    let saved = block_on(self.store.save(&settings));
+                Some(Effect::Save) => {
+                    let console = &self.parts.console;
+                    let saved =
+                        block_on(self.store.save(console.settings_to_store(), console.table_to_store()));
                     self.say(|console, text| console.saved(saved, text));
                 }
                 Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),

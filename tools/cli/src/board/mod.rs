@@ -6,22 +6,24 @@
 //! | the firmware's core in this process, on its own clock | [`in_process`] |
 //! | the firmware image on an emulated board | [`emulated`] |
 //!
-//! On top of any of them, [`session`] sends commands and sorts replies from telemetry, and [`motion`] runs a
-//! motion and collects every setpoint of it.
+//! On top of any of them, [`session`] sends commands and sorts replies from telemetry, [`motion`] runs a
+//! motion and collects every setpoint of it, and `upload` sends a table.
 
 pub mod emulated;
 pub mod error;
 pub mod in_process;
 pub mod motion;
 mod ram_flash;
+pub mod receiver;
 pub mod serial;
 pub mod session;
 pub mod target;
+mod upload;
 
 use std::time::Duration;
 
 pub use error::BoardError;
-pub use motion::StreamedMotion;
+pub use motion::{Gap, StreamedMotion};
 pub use session::{Reply, Session};
 pub use target::BoardTarget;
 

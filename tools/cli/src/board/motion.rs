@@ -16,14 +16,27 @@ pub struct StreamedMotion {
     pub tick_hz: f64,
     /// Ticks from one sample to the next.
     pub decimation: u32,
-    /// The samples, no gap in them, the first ones before the motion's start.
+    /// The samples, the first ones before the motion's start.
     pub samples: Vec<Sample>,
+    /// Samples that are missing between them; none in what [`Session::run_motion`] returns.
+    pub gaps: Vec<Gap>,
+    /// Frames that came damaged.
+    pub damaged_frames: u64,
     /// Index of the last sample before the command changes.
     pub start: usize,
     /// Ticks that the command changes for, as the board announced.
     pub command_ticks: u32,
     /// Ticks after which the setpoint does not change any more, as the board announced.
     pub settled_ticks: u32,
+}
+
+/// Samples that were lost: dropped by the board or damaged by the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gap {
+    /// How many.
+    pub lost: u32,
+    /// The tick of the first sample after them.
+    pub tick: u32,
 }
 
 impl StreamedMotion {
@@ -98,40 +111,83 @@ impl Session {
         extra_s: f64,
         progress: &mut dyn FnMut(f64),
     ) -> Result<StreamedMotion, BoardError> {
+        self.stream_motion(motion, decimation, (extra_s, false), progress)
+    }
+
+    /// The same, going on when samples are lost: [`StreamedMotion::gaps`] has them.
+    ///
+    /// # Errors
+    /// As [`Session::command`].
+    pub fn record_motion(
+        &mut self,
+        motion: &str,
+        decimation: u32,
+        extra_s: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<StreamedMotion, BoardError> {
+        self.stream_motion(motion, decimation, (extra_s, true), progress)
+    }
+
+    fn stream_motion(
+        &mut self,
+        motion: &str,
+        decimation: u32,
+        (extra_s, with_gaps): (f64, bool),
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<StreamedMotion, BoardError> {
         let tick_hz = self.tick_hz()?;
         let rest_nm = self.wait_for_rest(Duration::from_secs(20))?;
         self.forget_samples();
-        self.command(&format!("stream on {decimation}"))?;
-        let collected = self.collect(motion, rest_nm, (tick_hz, decimation), extra_s, progress);
+        self.take_damaged_frames();
+        self.start_stream(decimation)?;
+        let mut run = StreamedMotion {
+            tick_hz,
+            decimation,
+            samples: Vec::new(),
+            gaps: Vec::new(),
+            damaged_frames: 0,
+            start: 0,
+            command_ticks: 0,
+            settled_ticks: 0,
+        };
+        let collected = self.collect(&mut run, motion, rest_nm, (extra_s, with_gaps), progress);
         // Telemetry is switched off in any case, so that whoever comes next finds a quiet line.
         let stopped = self.command("stream off");
-        let collected = collected?;
+        collected?;
         stopped?;
         self.forget_samples();
-        Ok(collected)
+        run.damaged_frames = self.take_damaged_frames();
+        Ok(run)
+    }
+
+    /// In frames, or as text where the firmware has none.
+    fn start_stream(&mut self, decimation: u32) -> Result<(), BoardError> {
+        match self.command(&format!("stream on {decimation} frames")) {
+            Err(BoardError::Refused { code, .. }) if code == "syntax" => {
+                self.command(&format!("stream on {decimation}"))?;
+            }
+            answer => {
+                answer?;
+            }
+        }
+        Ok(())
     }
 
     fn collect(
         &mut self,
+        run: &mut StreamedMotion,
         motion: &str,
         rest_nm: i32,
-        (tick_hz, decimation): (f64, u32),
-        extra_s: f64,
+        (extra_s, with_gaps): (f64, bool),
         progress: &mut dyn FnMut(f64),
-    ) -> Result<StreamedMotion, BoardError> {
+    ) -> Result<(), BoardError> {
+        let (tick_hz, decimation) = (run.tick_hz, run.decimation);
         let reply = self.command_when_ready(motion)?;
         let ticks = |key| reply.field(key).and_then(|text| text.parse::<u32>().ok());
         let (Some(command_ticks), Some(settled_ticks)) = (ticks("ticks"), ticks("settled_ticks")) else {
             return Err(self.unexpected(motion, &reply.ok_line, "`ticks=N` and `settled_ticks=N`"));
         };
-        let mut run = StreamedMotion {
-            tick_hz,
-            decimation,
-            samples: Vec::new(),
-            start: 0,
-            command_ticks,
-            settled_ticks,
-        };
+        (run.command_ticks, run.settled_ticks) = (command_ticks, settled_ticks);
         let after_start = u64::from(settled_ticks) + (extra_s.max(0.0) * tick_hz).ceil() as u64;
         let patience = Duration::from_secs_f64(SLOWEST.0 * after_start as f64 / tick_hz) + SLOWEST.1;
         let deadline = self.clock() + patience;
@@ -140,12 +196,19 @@ impl Session {
             let Some(sample) = self.next_sample(deadline)? else {
                 return Err(self.timeout(format!("`{motion}`"), patience));
             };
-            if let Some(last) = run.samples.last() {
-                let lost = sample.sequence.wrapping_sub(last.sequence).wrapping_sub(1);
-                if lost != 0 {
-                    let (board, tick) = (self.board().to_owned(), sample.tick);
-                    return Err(BoardError::SamplesLost { board, lost, tick });
+            let last = run.samples.last().map(|last| last.sequence);
+            let lost = last.map_or(0, |last| sample.sequence.wrapping_sub(last).wrapping_sub(1));
+            let tick = sample.tick;
+            if lost > u32::MAX / 2 {
+                // What came so far was left of an earlier stream.
+                (run.start, started) = (0, command_ticks == 0);
+                run.samples.clear();
+                run.gaps.clear();
+            } else if lost != 0 {
+                if !with_gaps {
+                    return Err(BoardError::SamplesLost { board: self.board().to_owned(), lost, tick });
                 }
+                run.gaps.push(Gap { lost, tick });
             }
             started |= sample.command.0 != rest_nm;
             run.samples.push(sample);
@@ -158,7 +221,7 @@ impl Session {
             let elapsed = u64::from(sample.tick.wrapping_sub(first_tick));
             progress((elapsed as f64 / after_start.max(1) as f64).min(1.0));
             if elapsed >= after_start + u64::from(decimation) {
-                return Ok(run);
+                return Ok(());
             }
         }
     }

@@ -3,8 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_firmware::telemetry::Sample;
 
+use super::receiver::{Received, Receiver};
 use super::{BoardError, ByteLink};
 
 /// How long a reply may take. The slowest the console does is erasing a sector of the flash, up to 4 s.
@@ -18,6 +20,18 @@ const ATTEMPT_PATIENCE: Duration = Duration::from_millis(1200);
 
 /// How long a command may be refused as `busy` before that is taken for an answer.
 const BUSY_PATIENCE: Duration = Duration::from_secs(10);
+
+/// How often a command is sent when the line damages it or its reply.
+const ATTEMPTS: u32 = 10;
+
+/// How long the line is listened to before a command is sent again, so that no late reply is taken for the next.
+const SILENCE: Duration = Duration::from_millis(60);
+
+/// Commands that may be sent again when it is not known whether they were taken: twice does what once does.
+const REPEATABLE: [&str; 15] = [
+    "help", "info", "status", "get", "set", "apply", "revert", "defaults", "save", "shaper", "stop",
+    "stream", "echo", "checksum", "table",
+];
 
 /// The editing key that clears the line, so that half a line of noise does not spoil the first command.
 const CLEAR_LINE: u8 = 0x15;
@@ -43,11 +57,25 @@ impl Reply {
     }
 }
 
-/// A conversation with a board's console: echo off, one command at a time.
+/// What came after a command.
+enum Answer {
+    /// The end of a reply, `ok` or a refusal.
+    Reply(Result<Reply, BoardError>),
+    /// The board got the command damaged and did nothing.
+    CommandDamaged,
+    /// Nothing, or nothing that its checksum vouches for.
+    Unknown(BoardError),
+}
+
+/// A conversation with a board's console: echo off, one command at a time, each with a checksum if the board knows them.
 pub struct Session {
     link: Box<dyn ByteLink>,
-    /// Received, not yet a whole line.
-    partial: Vec<u8>,
+    checksums: bool,
+    /// Commands that had to be sent again.
+    repeated: u64,
+    receiver: Receiver,
+    /// Frames that the line damaged.
+    damaged_frames: u64,
     samples: VecDeque<Sample>,
 }
 
@@ -66,10 +94,19 @@ impl Session {
     /// # Errors
     /// As [`Session::start`].
     pub fn start_within(link: Box<dyn ByteLink>, patience: Duration) -> Result<Self, BoardError> {
-        let mut session = Self { link, partial: Vec::new(), samples: VecDeque::new() };
+        let mut session = Self {
+            link,
+            checksums: false,
+            repeated: 0,
+            receiver: Receiver::default(),
+            damaged_frames: 0,
+            samples: VecDeque::new(),
+        };
         let began = session.link.clock();
         while session.link.clock().saturating_sub(began) < patience {
             session.send(&[CLEAR_LINE])?;
+            // Whoever was here before may have left checksums on.
+            session.send(b"checksum off\r")?;
             session.send(b"echo off\r")?;
             let attempt_ends = session.link.clock() + ATTEMPT_PATIENCE.min(patience);
             if !session.skip_to("ok echo off", attempt_ends)? {
@@ -80,6 +117,7 @@ impl Session {
             let attempt_ends = session.link.clock() + ATTEMPT_PATIENCE;
             if session.skip_to("ok stream off", attempt_ends)? {
                 session.samples.clear();
+                session.ask_for_checksums()?;
                 return Ok(session);
             }
         }
@@ -91,34 +129,105 @@ impl Session {
         self.link.name()
     }
 
-    /// Sends one command and waits for the end of its reply.
+    /// Switches checksums on where the firmware has them.
+    fn ask_for_checksums(&mut self) -> Result<(), BoardError> {
+        self.checksums = true;
+        match self.command("checksum on") {
+            Err(BoardError::Refused { code, .. }) if code == "unknown-command" => self.checksums = false,
+            answer => {
+                answer?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How many commands had to be sent again because the line damaged them or their replies.
+    pub fn repeated(&self) -> u64 {
+        self.repeated
+    }
+
+    /// Sends one command and waits for the end of its reply. What the line damages is sent again, a motion only when it
+    /// is certain that the board did not take it.
     ///
     /// # Errors
-    /// [`BoardError::Refused`] with the console's own words; [`BoardError::Timeout`], [`BoardError::Protocol`],
-    /// [`BoardError::Io`].
+    /// [`BoardError::Refused`] with the console's own words; [`BoardError::Timeout`], [`BoardError::Damaged`],
+    /// [`BoardError::Protocol`], [`BoardError::Io`].
     pub fn command(&mut self, command: &str) -> Result<Reply, BoardError> {
-        self.send(command.as_bytes())?;
-        self.send(b"\r")?;
+        let name = command.split(' ').next().unwrap_or_default();
+        let repeatable = REPEATABLE.contains(&name) && command != "table commit";
+        for _ in 1..ATTEMPTS {
+            match self.exchange(command)? {
+                Answer::Reply(reply) => return reply,
+                Answer::CommandDamaged => {}
+                Answer::Unknown(_) if repeatable && self.checksums => {}
+                Answer::Unknown(error) => return Err(error),
+            }
+            self.repeated += 1;
+            self.wait_for_silence()?;
+        }
+        match self.exchange(command)? {
+            Answer::Reply(reply) => reply,
+            Answer::CommandDamaged => Err(self.damaged(command)),
+            Answer::Unknown(error) => Err(error),
+        }
+    }
+
+    /// Sends a command and reads to the end of the reply.
+    fn exchange(&mut self, command: &str) -> Result<Answer, BoardError> {
+        let line = match self.checksums {
+            true => format!("{command} *{:08x}\r", crc32(command.as_bytes())),
+            false => format!("{command}\r"),
+        };
+        self.send(line.as_bytes())?;
         let deadline = self.link.clock() + REPLY_PATIENCE;
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = Vec::new();
         loop {
             let Some(line) = self.line_before(deadline)? else {
-                return Err(self.timeout(format!("the reply to `{command}`"), REPLY_PATIENCE));
+                let what = format!("the reply to `{command}`");
+                return Ok(Answer::Unknown(self.timeout(what, REPLY_PATIENCE)));
             };
             if let Ok(sample) = line.parse() {
                 self.samples.push_back(sample);
-            } else if line == "ok" || line.starts_with("ok ") {
-                let name = command.split(' ').next().unwrap_or_default();
-                if line.split(' ').nth(1) != Some(name) {
-                    return Err(self.unexpected(command, &line, "`ok` and the command's name"));
-                }
-                return Ok(Reply { lines, ok_line: line });
-            } else if let Some(refusal) = line.strip_prefix("err ") {
-                return Err(self.refusal(command, refusal));
-            } else {
-                lines.push(line);
+                continue;
+            }
+            let is_last = line == "ok" || line.starts_with("ok ") || line.starts_with("err ");
+            lines.push(line);
+            if !is_last {
+                continue;
+            }
+            let good = !self.checksums || take_checksum(&mut lines);
+            let line = lines.pop().unwrap_or_default();
+            // Before it requires checksums a board refuses damaged lines without one, and one that has none says so.
+            let plain = ["err crc line: ", "err syntax line: ", "err unknown-command checksum: "];
+            if !good && !plain.iter().any(|start| line.starts_with(start)) {
+                return Ok(Answer::Unknown(self.damaged(command)));
+            }
+            return Ok(self.sort_answer(command, lines, line));
+        }
+    }
+
+    fn sort_answer(&self, command: &str, lines: Vec<String>, last: String) -> Answer {
+        match last.strip_prefix("err ") {
+            Some(refusal) if refusal.starts_with("crc line: ") => Answer::CommandDamaged,
+            // Too long or not text: what was sent is neither.
+            Some(refusal) if self.checksums && refusal.starts_with("syntax line: ") => Answer::CommandDamaged,
+            Some(refusal) => Answer::Reply(Err(self.refusal(command, refusal))),
+            None if last.split(' ').nth(1) == command.split(' ').next() => {
+                Answer::Reply(Ok(Reply { lines, ok_line: last }))
+            }
+            None => Answer::Reply(Err(self.unexpected(command, &last, "`ok` and the command's name"))),
+        }
+    }
+
+    /// Passes over whatever still comes.
+    fn wait_for_silence(&mut self) -> Result<(), BoardError> {
+        while let Some(line) = self.line_before(self.link.clock() + SILENCE)? {
+            if let Ok(sample) = line.parse() {
+                self.samples.push_back(sample);
             }
         }
+        self.receiver.clear();
+        Ok(())
     }
 
     /// Sends a command again while the console is busy: it waits for the machine to come to rest, or for an
@@ -140,15 +249,21 @@ impl Session {
 
     /// The next telemetry sample, waiting for it until `deadline` on the link's clock; `None` when none came.
     pub(super) fn next_sample(&mut self, deadline: Duration) -> Result<Option<Sample>, BoardError> {
-        if let Some(sample) = self.samples.pop_front() {
-            return Ok(Some(sample));
-        }
-        while let Some(line) = self.line_before(deadline)? {
-            if let Ok(sample) = line.parse() {
+        loop {
+            if let Some(sample) = self.samples.pop_front() {
                 return Ok(Some(sample));
             }
+            match self.received_before(deadline)? {
+                None => return Ok(None),
+                Some(Received::Line(line)) => self.samples.extend(line.parse::<Sample>().ok()),
+                Some(other) => self.keep(other),
+            }
         }
-        Ok(None)
+    }
+
+    /// How many frames came damaged since the last time this was asked.
+    pub(super) fn take_damaged_frames(&mut self) -> u64 {
+        std::mem::take(&mut self.damaged_frames)
     }
 
     /// Forgets telemetry that nobody asked for.
@@ -164,6 +279,14 @@ impl Session {
     /// Lets time pass on the link's clock.
     pub(super) fn pause(&mut self, duration: Duration) {
         self.link.pause(duration);
+    }
+
+    fn damaged(&self, command: &str) -> BoardError {
+        BoardError::Damaged {
+            board: self.board().to_owned(),
+            command: command.to_owned(),
+            attempts: ATTEMPTS,
+        }
     }
 
     pub(super) fn timeout(&self, what: String, waited: Duration) -> BoardError {
@@ -204,18 +327,23 @@ impl Session {
         Ok(false)
     }
 
-    /// The next line that is not empty, without its end; `None` when none came before the deadline. Bytes that are
-    /// not text become replacement characters, and no reply has those.
+    /// The next line; `None` when none came before the deadline.
     fn line_before(&mut self, deadline: Duration) -> Result<Option<String>, BoardError> {
+        while let Some(received) = self.received_before(deadline)? {
+            match received {
+                Received::Line(line) => return Ok(Some(line)),
+                other => self.keep(other),
+            }
+        }
+        Ok(None)
+    }
+
+    /// The next thing that is whole; `None` when none came before the deadline.
+    fn received_before(&mut self, deadline: Duration) -> Result<Option<Received>, BoardError> {
         let mut buffer = [0; 4096];
         loop {
-            if let Some(end) = self.partial.iter().position(|byte| *byte == b'\n') {
-                let line: Vec<u8> = self.partial.drain(..=end).collect();
-                let line = String::from_utf8_lossy(&line).trim_end_matches(['\r', '\n']).to_owned();
-                if line.is_empty() {
-                    continue;
-                }
-                return Ok(Some(line));
+            if let Some(received) = self.receiver.take() {
+                return Ok(Some(received));
             }
             let patience = deadline.saturating_sub(self.link.clock());
             if patience.is_zero() {
@@ -223,7 +351,35 @@ impl Session {
             }
             let read = self.link.read(&mut buffer, patience);
             let count = read.map_err(|source| BoardError::Io { board: self.board().to_owned(), source })?;
-            self.partial.extend(buffer.iter().take(count));
+            self.receiver.push(buffer.get(..count).unwrap_or_default());
         }
     }
+
+    fn keep(&mut self, received: Received) {
+        match received {
+            Received::Samples(samples) => self.samples.extend(samples),
+            Received::Damaged => self.damaged_frames += 1,
+            Received::Line(_) => {}
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        if self.checksums {
+            // A person may come next. A line that has failed is beyond help.
+            let _best_effort = self.send(b"checksum off\r");
+        }
+    }
+}
+
+/// Takes the checksum off the last line of a reply; whether it is that of the reply.
+fn take_checksum(lines: &mut [String]) -> bool {
+    let joined = lines.join("\r\n");
+    let Some((text, digits)) = joined.rsplit_once(" *") else { return false };
+    let good = digits == format!("{:08x}", crc32(text.as_bytes()));
+    if let Some(last) = lines.last_mut() {
+        last.truncate(last.len().saturating_sub(digits.len() + 2));
+    }
+    good
 }

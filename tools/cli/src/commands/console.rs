@@ -87,7 +87,7 @@ impl ConsoleArgs {
         });
         let failed = |source| BoardError::Io { board: self.port.clone(), source };
         // The terminal has echoed what was typed; the board need not.
-        port.write_all(b"\x15echo off\r").map_err(failed)?;
+        port.write_all(b"\x15checksum off\recho off\r").map_err(failed)?;
         let mut buffer = [0; 4096];
         let mut ends_at: Option<Instant> = None;
         while ends_at.is_none_or(|end| Instant::now() < end) {

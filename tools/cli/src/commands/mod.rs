@@ -11,6 +11,7 @@ pub mod paper;
 pub mod record;
 pub mod shape;
 pub mod simulate;
+pub mod upload;
 
 use clap::{Parser, Subcommand};
 
@@ -45,6 +46,7 @@ enum Command {
     Model(model::ModelArgs),
     Console(console::ConsoleArgs),
     Record(record::RecordArgs),
+    Upload(upload::UploadArgs),
     Flash(flash::FlashArgs),
     Demo(demo::DemoArgs),
     Paper(paper::PaperArgs),
@@ -65,6 +67,7 @@ impl Cli {
             Command::Model(args) => args.run(streams),
             Command::Console(args) => args.run(streams),
             Command::Record(args) => args.run(streams),
+            Command::Upload(args) => args.run(streams),
             Command::Flash(args) => args.run(streams),
             Command::Demo(args) => args.run(streams),
             Command::Paper(args) => args.run(streams),

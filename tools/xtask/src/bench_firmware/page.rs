@@ -3,9 +3,8 @@
 use super::numbers::{Numbers, TickNumbers};
 
 /// Taps of one stage where none of them fall on the same tick.
-const TAPS: [(&str, u32); 3] = [("zv", 3), ("zvd", 6), ("zvdd", 10)];
-/// Taps of the plain convolution that the cascade is compared with.
-const FLAT_TAPS: u32 = 16;
+const TAPS: [(&str, u32); 5] =
+    [("zv", 3), ("zvd", 6), ("zvdd", 10), ("flat, in pairs", 16), ("flat, one by one", 16)];
 
 /// The page, in Markdown.
 pub fn page(numbers: &Numbers) -> String {
@@ -14,7 +13,7 @@ pub fn page(numbers: &Numbers) -> String {
          where every instruction of the\ntick interrupt is stepped and counted: from the handler's first to its \
          return, in 12 ticks of each case.\nInstructions are not cycles: flash waits and taken branches add to them on the board. \
          Ticks that take a new table or\nmotion from the queue are not among them.\n\n## Instructions per tick\n\nLeast / median / most.\n\n\
-         | table | taps | RAM of its history | state | no telemetry | a sample every tick |\n\
+         | table | taps | RAM of the table | state | no telemetry | a sample every tick |\n\
          |---|---|---|---|---|---|\n",
     );
     for tick in numbers.tick.iter().filter(|tick| !tick.streams) {
@@ -68,7 +67,9 @@ fn cascade(numbers: &Numbers) -> String {
         let added = tick.median.saturating_sub(plain.median);
         let per_tap = f64::from(added) / f64::from(taps(tick).max(1));
         text += &format!("| {} | {} | {added} | {per_tap:.1} |\n", table(tick), taps(tick));
-        longest = Some((tick, added));
+        if (tick.modes, tick.shaper.as_str()) == (2, "zvdd") {
+            longest = Some((tick, added));
+        }
     }
     if let Some((tick, added)) = longest {
         text += &format!(
@@ -79,21 +80,8 @@ fn cascade(numbers: &Numbers) -> String {
             numbers.tick.iter().map(|tick| tick.most).max().unwrap_or_default()
         );
     }
-    text + &flat(numbers, plain)
-}
-
-/// Two modes of ZV as one convolution, estimated.
-fn flat(numbers: &Numbers, plain: &TickNumbers) -> String {
-    let moving = |modes, shaper| numbers.find(modes, shaper, "moving", false).map(|tick| tick.median);
-    let (Some(short), Some(long)) = (moving(1, "zv"), moving(1, "zvdd")) else { return String::new() };
-    let slope = f64::from(long.saturating_sub(short)) / 7.0;
-    let fixed = f64::from(short.saturating_sub(plain.median)) - 3.0 * slope;
-    format!(
-        "\nAn estimate, not a measurement: a flat convolution of {FLAT_TAPS} taps in the same code, at {slope:.1} \
-         instructions per tap and {fixed:.0} for\nits ring (from one mode of ZV and of ZVDD), would take {:.0}. Two \
-         modes of ZVDD need 20 taps as a cascade and up to 100 when multiplied out.\n",
-        fixed + slope * f64::from(FLAT_TAPS)
-    )
+    text + "\nA flat table has all taps in one stage: in pairs of neighbouring ticks, or no two next to each other. Two modes of ZVDD \
+            need 20 taps as a cascade\nand up to 100 when multiplied out.\n"
 }
 
 fn reached(value: u32, goal: u32) -> String {
@@ -103,6 +91,7 @@ fn reached(value: u32, goal: u32) -> String {
 fn table(tick: &TickNumbers) -> String {
     match tick.modes {
         0 => "none".to_owned(),
+        1 if tick.shaper.starts_with("flat") => tick.shaper.clone(),
         1 => format!("1 mode {}", tick.shaper),
         modes => format!("{modes} modes {}", tick.shaper),
     }

@@ -2,7 +2,11 @@
 //!
 //! Two ways: [`Status`], the newest values, always there; and [`Sample`]s through a lock-free queue while
 //! streaming is on. A sample that finds the queue full is dropped and counted, and its sequence number
-//! is missing from the stream, so that a gap is seen by whoever records.
+//! is missing from the stream, so that a gap is seen by whoever records. Samples travel as text for people or in
+//! [`frame`]s for programs.
+
+pub mod frame;
+pub mod sender;
 
 use core::fmt;
 use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
@@ -25,6 +29,27 @@ pub struct Sample {
     pub encoder: Option<Nanometres>,
     /// What is wrong or switched off.
     pub flags: Flags,
+    /// What the controller was doing. The text form leaves it out.
+    pub activity: Activity,
+}
+
+/// What telemetry is on, and how it travels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Streaming {
+    /// Text or frames.
+    pub format: Format,
+    /// Ticks per sample; zero while the stream is off.
+    pub decimation: u32,
+}
+
+/// How samples travel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Format {
+    /// A line each, for people.
+    #[default]
+    Text,
+    /// Several in a [`frame`], for programs.
+    Frames,
 }
 
 /// Bits that say what is wrong or switched off. None of them is set while all is well.
@@ -99,9 +124,10 @@ impl core::str::FromStr for Sample {
 }
 
 /// What the controller is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Activity {
     /// Command and setpoint are constant.
+    #[default]
     Rest = 0,
     /// A move changes the command.
     Moving = 1,
@@ -134,6 +160,11 @@ impl Activity {
         Self::Pulsing,
         Self::Decaying,
     ];
+
+    /// The activity of this number, if there is one.
+    pub fn from_number(number: u8) -> Option<Self> {
+        Self::ALL.into_iter().find(|activity| *activity as u8 == number)
+    }
 
     /// The word that `status` prints.
     pub fn name(self) -> &'static str {
@@ -185,7 +216,7 @@ impl Status {
     /// What the controller was doing in the last tick.
     pub fn activity(&self) -> Activity {
         let stored = self.activity.load(Ordering::Relaxed);
-        Activity::ALL.into_iter().find(|activity| *activity as u8 == stored).unwrap_or(Activity::Rest)
+        Activity::from_number(stored).unwrap_or_default()
     }
 
     /// How many ticks there have been; wraps after 2³².

@@ -1,0 +1,66 @@
+//! Everything that reads bytes from outside, as functions that must survive any bytes, and that check what they promise.
+//!
+//! `cargo xtask fuzz` lets libFuzzer look for inputs that they do not survive; the tests replay the kept inputs and
+//! seeded changes of them without it.
+
+mod console;
+mod frames;
+mod model;
+mod recording;
+mod settings;
+mod table;
+
+/// What is fed with bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// The console of the firmware, with ticks in between.
+    Console,
+    /// Frames of samples, and the host's sorting of text and frames.
+    Frames,
+    /// Tables as bytes, and their way through the console.
+    Table,
+    /// The flash that holds the settings.
+    Settings,
+    /// Recordings of every format.
+    Recording,
+    /// Model files.
+    Model,
+}
+
+impl Target {
+    /// Every target.
+    pub const ALL: [Self; 6] =
+        [Self::Console, Self::Frames, Self::Table, Self::Settings, Self::Recording, Self::Model];
+
+    /// Its name, also of its folder in `corpus/`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Console => "console",
+            Self::Frames => "frames",
+            Self::Table => "table",
+            Self::Settings => "settings",
+            Self::Recording => "recording",
+            Self::Model => "model",
+        }
+    }
+
+    /// The target of this name.
+    pub fn parse(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|target| target.name() == name)
+    }
+
+    /// Feeds it once.
+    ///
+    /// # Panics
+    /// When a promise is broken; that is what fuzzing looks for.
+    pub fn run(self, input: &[u8]) {
+        match self {
+            Self::Console => console::run(input),
+            Self::Frames => frames::run(input),
+            Self::Table => table::run(input),
+            Self::Settings => settings::run(input),
+            Self::Recording => recording::run(input),
+            Self::Model => model::run(input),
+        }
+    }
+}

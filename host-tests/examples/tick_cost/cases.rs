@@ -1,7 +1,17 @@
 //! What is measured.
 
+use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;
+use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
+use stillbeam_firmware::shaper::uploaded::crc32;
+
 /// Damped like the paper's beam; the second mode is that beam's second.
 const MODES: [(f64, f64); 2] = [(5.0, 0.01), (31.0, 0.01)];
+
+/// An uploaded flat table of sixteen taps, two on neighbouring ticks each time, as optimisers place them.
+const FLAT_PAIRS: &str = "flat, in pairs";
+/// The same with no two taps next to each other.
+const FLAT_SINGLE: &str = "flat, one by one";
+const FLAT_TAPS: u32 = 16;
 
 /// One state of the machine in which ticks are counted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -91,6 +101,7 @@ impl Case {
     pub fn all() -> Vec<Self> {
         let tables = [(0, "off"), (1, "zv"), (2, "zv"), (1, "zvd"), (2, "zvd"), (1, "zvdd"), (2, "zvdd")];
         let mut cases = Vec::new();
+        let tables = tables.into_iter().chain([(1, FLAT_PAIRS), (1, FLAT_SINGLE)]);
         for (modes, shaper) in tables {
             for streams in [false, true] {
                 for motion in Motion::COMMON {
@@ -111,7 +122,12 @@ impl Case {
 
     /// The commands that set the table up.
     pub fn table(&self) -> Vec<String> {
-        let mut lines = Vec::new();
+        match self.shaper {
+            FLAT_PAIRS => return flat(2),
+            FLAT_SINGLE => return flat(1),
+            _ => {}
+        }
+        let mut lines = vec!["set shaper.source designed".to_owned()];
         for (index, (frequency_hz, damping_ratio)) in MODES.into_iter().enumerate() {
             let number = index + 1;
             let shaper = if index < self.modes { self.shaper } else { "off" };
@@ -123,4 +139,20 @@ impl Case {
         lines.push("apply".to_owned());
         lines
     }
+}
+
+/// The commands that upload a flat table with taps in runs of `run`.
+fn flat(run: u32) -> Vec<String> {
+    let mut bytes = FLAT_TAPS.to_le_bytes().to_vec();
+    for tap in 0..FLAT_TAPS {
+        let delay = tap / run * 100 + tap % run;
+        bytes.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / 16).to_le_bytes()));
+    }
+    let mut lines = vec![format!("table begin {} {:08x} 4000", bytes.len(), crc32(&bytes))];
+    for (number, frame) in bytes.chunks(MAX_FRAME_BYTES).enumerate() {
+        let hex: String = frame.iter().map(|byte| format!("{byte:02x}")).collect();
+        lines.push(format!("table frame {number} {} {hex} {:08x}", frame.len(), crc32(frame)));
+    }
+    lines.push("table commit".to_owned());
+    lines
 }

@@ -20,7 +20,9 @@ use crate::stacking::{RecordFit, Stack};
 const DIFFERENCE: f64 = 1e-5;
 
 /// The most simulations of all recordings that one search may take, differences not counted.
-const MOST_EVALUATIONS: usize = 60;
+const MOST_EVALUATIONS: usize = 25;
+/// Searches one after another, each from where the one before ended, with initial states settled anew.
+const ROUNDS: usize = 4;
 
 /// A hypothesis whose parameters have been fitted.
 #[derive(Debug, Clone)]
@@ -98,7 +100,8 @@ impl LeastSquares for Problem<'_, '_> {
     fn at(&self, search: &[f64]) -> Option<Point> {
         let left = |left: usize| left.checked_sub(1);
         self.budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).ok()?;
-        let records = self.stack.evaluate(&self.moved(search)?, &self.starts)?;
+        let moved = self.moved(search)?;
+        let records = self.stack.evaluate_at(&moved, &self.starts)?;
         let mut residuals: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
         if let Some(absorbing) = self.absorbing {
             absorbing.remove_from(&mut residuals);
@@ -155,18 +158,43 @@ pub(crate) fn fit_beside(
     starts: &[Vec<f64>],
     absorbing: Option<&Orthonormal>,
 ) -> Option<Fitted> {
-    let budget = AtomicUsize::new(MOST_EVALUATIONS);
-    let problem = Problem { stack, hypothesis, free, starts: starts.to_vec(), absorbing, budget };
-    let search: Vec<Parameter> = free.iter().zip(start).map(|(p, value)| p.as_search(*value)).collect();
-    let minimum = minimise(&problem, &search)?;
-    let values: Vec<f64> = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
-    Some(Fitted {
-        hypothesis: hypothesis.with_values(free, &values)?,
-        free: free.to_vec(),
-        values,
-        records: minimum.point.records,
-        sum_of_squares: minimum.sum_of_squares,
-    })
+    let mut values = start.to_vec();
+    let mut states = settled_states(stack, &hypothesis.with_values(free, start)?, starts)?;
+    let mut best: Option<Fitted> = None;
+    for _ in 0..ROUNDS {
+        let budget = AtomicUsize::new(MOST_EVALUATIONS);
+        let problem = Problem { stack, hypothesis, free, starts: states.clone(), absorbing, budget };
+        let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
+        let Some(minimum) = minimise(&problem, &search) else { break };
+        let before = best.as_ref().map_or(f64::INFINITY, |best| best.sum_of_squares);
+        if minimum.sum_of_squares >= before {
+            break;
+        }
+        values = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
+        let fitted = Fitted {
+            hypothesis: hypothesis.with_values(free, &values)?,
+            free: free.to_vec(),
+            values: values.clone(),
+            records: minimum.point.records,
+            sum_of_squares: minimum.sum_of_squares,
+        };
+        states = settled_states(stack, &fitted.hypothesis, &fitted.initial_states())?;
+        let settled = fitted.hypothesis.is_linear() || fitted.sum_of_squares > 0.99 * before;
+        best = Some(fitted);
+        if settled {
+            break;
+        }
+    }
+    best
+}
+
+/// Initial states to simulate from while parameters are searched.
+fn settled_states(stack: &Stack<'_>, hypothesis: &Hypothesis, starts: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    if hypothesis.is_linear() {
+        return Some(starts.to_vec());
+    }
+    let records = stack.evaluate(hypothesis, starts)?;
+    Some(records.into_iter().map(|record| record.initial).collect())
 }
 
 impl Fitted {

@@ -39,10 +39,9 @@ pub(crate) struct RecordFit {
     pub(crate) initial: Vec<f64>,
 }
 
-/// Initial states are corrected linearly; a correction worth more than this (in residual units, summed squares per
-/// sample) is simulated again.
-const CORRECTION: f64 = 1e-4;
-const MOST_CORRECTIONS: usize = 4;
+/// Corrections of an initial state are tried at most this often, and kept when they leave less than this share.
+const MOST_CORRECTIONS: usize = 3;
+const WORTH: f64 = 0.999;
 
 impl Stack<'_> {
     /// Number of samples.
@@ -94,62 +93,70 @@ impl Stack<'_> {
         offsets.chain(free.iter().map(|response| self.weighted(index, response))).collect()
     }
 
-    /// One recording under a hypothesis; `None` where it cannot be simulated.
-    pub(crate) fn evaluate_record(
+    /// One recording under a hypothesis, simulated from `start` exactly; `None` where it cannot be simulated.
+    ///
+    /// The free responses of the linear model are taken out of the residual. Where laws act they are not what a
+    /// correction of the state would really do, so none is made here: the sum of squares stays a smooth function of the
+    /// parameters.
+    fn evaluate_from(
         &self,
         index: usize,
         hypothesis: &Hypothesis,
         start: &[f64],
-    ) -> Option<RecordFit> {
+    ) -> Option<(RecordFit, Vec<f64>)> {
         let record = self.records[index];
         let free = free_responses(hypothesis, record)?;
         let columns = self.nuisance_columns(index, &free);
         let mut nuisances = Orthonormal::default();
-        for column in &columns {
+        for column in columns {
             if !column.iter().all(|value| value.is_finite()) {
                 return None;
             }
-            nuisances.push(column.clone());
+            nuisances.push(column);
         }
-        let outputs = record.outputs.len();
         let mut initial: Vec<f64> = (0..free.len()).map(|s| start.get(s).copied().unwrap_or(0.0)).collect();
-        let mut round = 0;
-        loop {
-            let mut simulated = simulate(hypothesis, record, &initial)?;
-            let mut residuals = self.departure(index, &simulated);
-            if !residuals.iter().all(|value| value.is_finite()) {
-                return None;
-            }
-            let components = nuisances.remove_from(&mut residuals);
-            let coefficients = nuisances.coefficients(&components);
-            let (_, corrections) = coefficients.split_at(outputs);
-            // A linear plant is corrected exactly.
-            let linear = hypothesis.is_linear();
-            let size = self.correction_size(&columns[outputs..], corrections);
-            if linear || round == MOST_CORRECTIONS || size < CORRECTION {
-                for (response, factor) in free.iter().zip(corrections).filter(|_| linear) {
-                    for (signal, part) in simulated.iter_mut().zip(response) {
-                        add_scaled(signal, *factor, part);
-                    }
-                }
-                if linear {
-                    add_scaled(&mut initial, 1.0, corrections);
-                }
-                return Some(RecordFit { simulated, nuisances, residuals, initial });
-            }
-            add_scaled(&mut initial, 1.0, corrections);
-            round += 1;
+        let mut simulated = simulate(hypothesis, record, &initial)?;
+        let mut residuals = self.departure(index, &simulated);
+        if !residuals.iter().all(|value| value.is_finite()) {
+            return None;
         }
+        let components = nuisances.remove_from(&mut residuals);
+        let mut corrections = nuisances.coefficients(&components).split_off(record.outputs.len());
+        if hypothesis.is_linear() {
+            // A linear plant is corrected exactly.
+            for (response, factor) in free.iter().zip(&corrections) {
+                for (signal, part) in simulated.iter_mut().zip(response) {
+                    add_scaled(signal, *factor, part);
+                }
+            }
+            add_scaled(&mut initial, 1.0, &corrections);
+            corrections.fill(0.0);
+        }
+        Some((RecordFit { simulated, nuisances, residuals, initial }, corrections))
     }
 
-    /// Mean square of what a correction of the initial state does to the outputs.
-    fn correction_size(&self, columns: &[Vec<f64>], corrections: &[f64]) -> f64 {
-        let n = columns.first().map_or(0, Vec::len);
-        let mut sum = vec![0.0; n];
-        for (column, factor) in columns.iter().zip(corrections) {
-            add_scaled(&mut sum, *factor, column);
+    /// The same from the likeliest of a few starts: the one given, rest, and both corrected.
+    fn evaluate_record(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
+        let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
+        let given = self.evaluate_from(index, hypothesis, start);
+        if hypothesis.is_linear() {
+            return given.map(|(fit, _)| fit);
         }
-        dot(&sum, &sum) / n.max(1) as f64
+        // States fitted together with a wrong model make up for what it lacks.
+        let rest = self.evaluate_from(index, hypothesis, &[]);
+        let (mut best, mut corrections) = match (given, rest) {
+            (Some(given), Some(rest)) if power(&rest.0) < power(&given.0) => rest,
+            (Some(given), _) => given,
+            (None, rest) => rest?,
+        };
+        for _ in 0..MOST_CORRECTIONS {
+            let moved: Vec<f64> = best.initial.iter().zip(&corrections).map(|(state, c)| state + c).collect();
+            match self.evaluate_from(index, hypothesis, &moved) {
+                Some((fit, next)) if power(&fit) < WORTH * power(&best) => (best, corrections) = (fit, next),
+                _ => break,
+            }
+        }
+        Some(best)
     }
 
     /// All recordings under a hypothesis, in order, whatever the number of threads.
@@ -158,6 +165,15 @@ impl Stack<'_> {
         (0..self.records.len())
             .into_par_iter()
             .map(|index| self.evaluate_record(index, hypothesis, start(index)))
+            .collect()
+    }
+
+    /// The same from exactly these initial states.
+    pub(crate) fn evaluate_at(&self, hypothesis: &Hypothesis, starts: &[Vec<f64>]) -> Option<Vec<RecordFit>> {
+        let start = |index: usize| starts.get(index).map_or(&[][..], Vec::as_slice);
+        (0..self.records.len())
+            .into_par_iter()
+            .map(|index| self.evaluate_from(index, hypothesis, start(index)).map(|(fit, _)| fit))
             .collect()
     }
 

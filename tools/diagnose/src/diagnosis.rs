@@ -48,7 +48,7 @@ pub fn diagnose(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
-    let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
+    let mut say = |step: &str, done: f64| { crate::simulation::lap(step); progress(&Progress { step: step.to_owned(), done }); };
     say("reading the recordings", 0.0);
     let mut study = Study::new(model, recordings, held_out)?;
     say("refitting the model within its own parameters", 0.05);

@@ -132,6 +132,7 @@ impl Search<'_> {
     fn round(&self, base: &Member) -> (Vec<Screened>, Vec<Tried>) {
         let stack = self.study.stack(Role::Train);
         let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz);
+        crate::simulation::lap("screened");
         let mut promising: Vec<&Screened> = screened
             .iter()
             .filter(|s| !base.laws.contains(&s.candidate) && s.t.abs() > self.options.training_gate)
@@ -144,6 +145,7 @@ impl Search<'_> {
             promising.par_iter().filter_map(|screened| self.sketch(base, screened, &absorbing)).collect();
         sketched.sort_by(|a, b| a.0.total_cmp(&b.0));
         sketched.truncate(FITTED_PER_ROUND);
+        crate::simulation::lap("sketched");
         let tried = sketched
             .par_iter()
             .filter_map(|(_, physics, screened)| self.try_on(base, screened, physics))

@@ -13,6 +13,7 @@
 
 mod basis;
 mod quadrature;
+mod tables;
 
 use nalgebra::{DMatrix, DVector};
 
@@ -105,27 +106,25 @@ pub fn galerkin(beam: &BeamParameters, basis_functions: usize) -> Result<Galerki
         functions.push(Shape::Turns { length_m: beam.length_m });
     }
     let n = functions.len();
-    let corners_m = section_corners_m(beam);
-    let mut result = Galerkin {
-        mass_kg: DMatrix::zeros(n, n),
-        stiffness_n_m: DMatrix::zeros(n, n),
-        coupling_kg: DVector::zeros(n),
-        tip: DVector::from_iterator(n, functions.iter().map(|f| f.value(beam.length_m))),
-        beam_mass_kg: 0.0,
-    };
-    // One wave of the highest product of two functions per panel.
-    let longest_panel_m = beam.length_m / n as f64;
-    for (x_m, weight_m) in quadrature::nodes(beam.length_m, &corners_m, longest_panel_m) {
+    let tables = tables::tables(beam.length_m, section_corners_m(beam), &functions, turns.is_some());
+    let (mut masses, mut stiffnesses) = (tables.values.clone(), tables.curvatures_per_m2.clone());
+    let mut coupling_kg = DVector::zeros(n);
+    let mut beam_mass_kg = 0.0;
+    for (column, &(x_m, weight_m)) in tables.nodes.iter().enumerate() {
         let (area_m2, inertia_m4) = section_at(beam, x_m);
         let mass = weight_m * beam.density_kg_m3 * area_m2;
-        let stiffness = weight_m * beam.young_pa * inertia_m4;
-        let values = DVector::from_iterator(n, functions.iter().map(|f| f.value(x_m)));
-        let curvatures = DVector::from_iterator(n, functions.iter().map(|f| f.curvature_per_m2(x_m)));
-        result.beam_mass_kg += mass;
-        result.coupling_kg.axpy(mass, &values, 1.0);
-        result.mass_kg.ger(mass, &values, &values, 1.0);
-        result.stiffness_n_m.ger(stiffness, &curvatures, &curvatures, 1.0);
+        beam_mass_kg += mass;
+        coupling_kg.axpy(mass, &tables.values.column(column), 1.0);
+        masses.column_mut(column).scale_mut(mass);
+        stiffnesses.column_mut(column).scale_mut(weight_m * beam.young_pa * inertia_m4);
     }
+    let mut result = Galerkin {
+        mass_kg: symmetric(&masses * tables.values.transpose()),
+        stiffness_n_m: symmetric(&stiffnesses * tables.curvatures_per_m2.transpose()),
+        coupling_kg,
+        tip: DVector::from_iterator(n, functions.iter().map(|f| f.value(beam.length_m))),
+        beam_mass_kg,
+    };
     let tip_mass_kg = beam.fittings.tip_mass_kg;
     let tip = result.tip.clone();
     result.beam_mass_kg += tip_mass_kg;
@@ -137,4 +136,10 @@ pub fn galerkin(beam: &BeamParameters, basis_functions: usize) -> Result<Galerki
     }
     let finite = result.mass_kg.iter().chain(result.stiffness_n_m.iter()).all(|entry| entry.is_finite());
     if finite { Ok(result) } else { Err(PlantError::Degenerate) }
+}
+
+/// A product that is symmetric but for rounding, made so exactly.
+fn symmetric(mut product: DMatrix<f64>) -> DMatrix<f64> {
+    product.fill_upper_triangle_with_lower_triangle();
+    product
 }

@@ -11,7 +11,7 @@ use crate::intervals::standard_errors;
 use crate::locate::locate;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
-use crate::naming::selection::{Search, Selection};
+use crate::naming::selection::Search;
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::options::Options;
 use crate::quality::{fits, role_of};
@@ -48,22 +48,31 @@ pub fn diagnose(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
-    let mut say = |step: &str, done: f64| { crate::simulation::lap(step); progress(&Progress { step: step.to_owned(), done }); };
+    let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
     say("reading the recordings", 0.0);
     let mut study = Study::new(model, recordings, held_out)?;
     say("refitting the model within its own parameters", 0.05);
     let given = Hypothesis { model: model.clone() };
     let mut compared = compare(&mut study, &given)?;
     say("trying the catalogue of physics", 0.2);
-    let mut candidates = candidates(&study, &compared, options);
-    let mut selection = select(&study, &compared, &candidates, options, &mut |step| say(step, 0.4));
-    let floors = study.floors(&selection.chosen.on_all());
-    if !selection.chosen.laws.is_empty() && study.much_lower(&floors, &compared.floors) {
-        say("once more, now that the noise is seen", 0.6);
-        compared = settle(&mut study, &given, &compared.refitted, floors)?;
-        candidates = self::candidates(&study, &compared, options);
-        selection = select(&study, &compared, &candidates, options, &mut |step| say(step, 0.8));
+    let candidates = candidates(&study, &compared, options);
+    let mut search = Search {
+        given_laws: model.setup().physics.len(),
+        given: model,
+        candidates: &candidates,
+        options,
+        floors: compared.floors.clone(),
+        weighed_again: false,
+        study: &mut study,
+    };
+    let held_out = compared.refitted_on_all.held_out.clone();
+    let found = search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
+    if search.weighed_again {
+        say("refitting the model with the noise that is seen now", 0.6);
+        let floors = search.floors.clone();
+        compared = settle(search.study, &given, &compared.refitted, floors)?;
     }
+    let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.3 * done));
     let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
     let refit_adequate = is_adequate(&tests, options);
     say("testing what is left", 0.95);
@@ -112,18 +121,6 @@ pub fn diagnose(
         overlays: overlays(&study, &columns, models, extended.as_ref()),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
-}
-
-fn select(
-    study: &Study,
-    compared: &Compared,
-    candidates: &[Candidate],
-    options: &Options,
-    say: &mut dyn FnMut(&str),
-) -> Selection {
-    let given_laws = compared.refitted.hypothesis.model.setup().physics.len();
-    let search = Search { study, candidates, options, given_laws };
-    search.run(&compared.refitted, compared.refitted_on_all.held_out.clone(), say)
 }
 
 /// The catalogue, with trial values that fit this machine.

@@ -4,25 +4,45 @@
 //! is biased by noise in what it differentiates. Offsets and initial states are solved for inside every evaluation
 //! (variable projection with Kaufman's Jacobian), so the search sees only the parameters proper.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise};
+use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
 use crate::error::DiagnoseError;
-use crate::parameters::FreeParameter;
+use crate::parameters::{FreeParameter, free_parameters};
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
 
 /// Relative step of the differences that make the Jacobian, in search coordinates.
 const DIFFERENCE: f64 = 1e-5;
 
-/// The most simulations of all recordings that one search may take, differences not counted.
-const MOST_EVALUATIONS: usize = 25;
-/// Searches one after another, each from where the one before ended, with initial states settled anew.
-const ROUNDS: usize = 4;
+/// How much a search may cost.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Effort {
+    /// Simulations of all recordings, those for derivatives not counted.
+    evaluations: usize,
+    /// Searches one after another, each from where the one before ended, initial states settled anew.
+    rounds: usize,
+    /// A search ends when a step gains less than this share of the sum of squares.
+    tolerance: f64,
+}
+
+impl Effort {
+    /// To see what a candidate is good for.
+    pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4 };
+    /// To compare candidates.
+    pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5 };
+    /// For what is reported.
+    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7 };
+}
+
+/// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew: they
+/// change little, and most of a step's simulations are theirs.
+const KEPT_STEPS: usize = 4;
 
 /// A hypothesis whose parameters have been fitted.
 #[derive(Debug, Clone)]
@@ -48,6 +68,10 @@ struct Problem<'p, 'r> {
     absorbing: Option<&'p Orthonormal>,
     /// Evaluations that are left: a candidate that wanders along a flat valley is not worth more.
     budget: AtomicUsize,
+    /// Whether differences are taken to both sides: what two parameters do alike cancels only then.
+    central: bool,
+    /// Derivatives by the model's own parameters, and the steps for which they may still be used.
+    kept: Mutex<(usize, Vec<Vec<f64>>)>,
 }
 
 struct Point {
@@ -63,8 +87,35 @@ impl Problem<'_, '_> {
 
     /// Derivatives of the residuals, one column per parameter over all recordings.
     fn jacobian(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
-        let parts: Vec<(usize, usize)> = (0..search.len())
-            .flat_map(|column| (0..point.records.len()).map(move |record| (column, record)))
+        self.columns(search, point, &(0..search.len()).collect::<Vec<usize>>())
+    }
+
+    /// The same, those by the model's own parameters a few steps old where a law's parameters are searched with them.
+    fn jacobian_mostly_kept(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
+        let (laws, own): (Vec<usize>, Vec<usize>) =
+            (0..search.len()).partition(|&index| self.free[index].path.starts_with("physics."));
+        let Ok(mut kept) = self.kept.lock() else { return self.jacobian(search, point) };
+        if laws.is_empty() || own.is_empty() || kept.0 == 0 {
+            let all = self.jacobian(search, point);
+            *kept = (KEPT_STEPS, own.iter().map(|&index| all[index].clone()).collect());
+            return all;
+        }
+        kept.0 -= 1;
+        let mut all = vec![Vec::new(); search.len()];
+        for (&index, column) in laws.iter().zip(self.columns(search, point, &laws)) {
+            all[index] = column;
+        }
+        for (&index, column) in own.iter().zip(&kept.1) {
+            all[index].clone_from(column);
+        }
+        all
+    }
+
+    /// Some of the Jacobian's columns.
+    fn columns(&self, search: &[f64], point: &Point, columns: &[usize]) -> Vec<Vec<f64>> {
+        let parts: Vec<(usize, usize)> = columns
+            .iter()
+            .flat_map(|&column| (0..point.records.len()).map(move |record| (column, record)))
             .collect();
         let tangents: Vec<Vec<f64>> = parts
             .par_iter()
@@ -83,13 +134,19 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
-        let mut moved = search.to_vec();
-        let step = self.free[column].difference(moved[column], DIFFERENCE);
-        moved[column] += step;
-        let mut change = self.stack.prediction(record, &self.moved(&moved)?, &fit.initial)?;
-        let base = self.stack.weighted(record, &fit.simulated);
+        let step = self.free[column].difference(search[column], DIFFERENCE);
+        let moved = |step: f64| {
+            let mut moved = search.to_vec();
+            moved[column] += step;
+            self.stack.prediction(record, &self.moved(&moved)?, &fit.initial)
+        };
+        let mut change = moved(step)?;
+        let (base, length) = match self.central.then(|| moved(-step)).flatten() {
+            Some(before) => (before, 2.0 * step),
+            None => (self.stack.weighted(record, &fit.simulated), step),
+        };
         add_scaled(&mut change, -1.0, &base);
-        change.iter_mut().for_each(|value| *value /= step);
+        change.iter_mut().for_each(|value| *value /= length);
         Some(change)
     }
 }
@@ -114,7 +171,7 @@ impl LeastSquares for Problem<'_, '_> {
     }
 
     fn curvature(&self, search: &[f64], point: &Point) -> (DMatrix<f64>, DVector<f64>) {
-        let mut columns = self.jacobian(search, point);
+        let mut columns = self.jacobian_mostly_kept(search, point);
         if let Some(absorbing) = self.absorbing {
             columns.par_iter_mut().for_each(|column| {
                 absorbing.remove_from(column);
@@ -144,8 +201,9 @@ pub(crate) fn fit(
     free: &[FreeParameter],
     start: &[f64],
     starts: &[Vec<f64>],
+    effort: Effort,
 ) -> Option<Fitted> {
-    fit_beside(stack, hypothesis, free, start, starts, None)
+    fit_beside(stack, hypothesis, free, start, starts, None, effort)
 }
 
 /// The same with directions that other parameters, held here, would absorb: the sum of squares is then what is left
@@ -157,15 +215,24 @@ pub(crate) fn fit_beside(
     start: &[f64],
     starts: &[Vec<f64>],
     absorbing: Option<&Orthonormal>,
+    effort: Effort,
 ) -> Option<Fitted> {
     let mut values = start.to_vec();
     let mut states = settled_states(stack, &hypothesis.with_values(free, start)?, starts)?;
     let mut best: Option<Fitted> = None;
-    for _ in 0..ROUNDS {
-        let budget = AtomicUsize::new(MOST_EVALUATIONS);
-        let problem = Problem { stack, hypothesis, free, starts: states.clone(), absorbing, budget };
+    for _ in 0..effort.rounds {
+        let problem = Problem {
+            stack,
+            hypothesis,
+            free,
+            starts: states.clone(),
+            absorbing,
+            budget: AtomicUsize::new(effort.evaluations),
+            central: false,
+            kept: Mutex::default(),
+        };
         let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
-        let Some(minimum) = minimise(&problem, &search) else { break };
+        let Some(minimum) = minimise_to(&problem, &search, effort.tolerance) else { break };
         let before = best.as_ref().map_or(f64::INFINITY, |best| best.sum_of_squares);
         if minimum.sum_of_squares >= before {
             break;
@@ -178,8 +245,13 @@ pub(crate) fn fit_beside(
             records: minimum.point.records,
             sum_of_squares: minimum.sum_of_squares,
         };
-        states = settled_states(stack, &fitted.hypothesis, &fitted.initial_states())?;
-        let settled = fitted.hypothesis.is_linear() || fitted.sum_of_squares > 0.99 * before;
+        // What is kept of the derivatives may end a search early; the next one starts with all of them.
+        let gained = 1.0 - fitted.sum_of_squares / before;
+        let settled =
+            fitted.hypothesis.is_linear() || (before.is_finite() && gained < 10.0 * effort.tolerance);
+        if !settled && effort.rounds > 1 {
+            states = settled_states(stack, &fitted.hypothesis, &fitted.initial_states())?;
+        }
         best = Some(fitted);
         if settled {
             break;
@@ -213,6 +285,8 @@ impl Fitted {
             starts: self.initial_states(),
             absorbing: None,
             budget: AtomicUsize::new(0),
+            central: true,
+            kept: Mutex::default(),
         };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();
         let point = Point { records: self.records.clone(), residuals: Vec::new() };
@@ -242,7 +316,7 @@ pub(crate) fn refit(
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let mut start: Vec<f64> = candidates.iter().map(|parameter| parameter.given).collect();
     scan_frequencies(stack, given, candidates, &mut start);
-    refit_at(stack, given, candidates, start)
+    refit_at(stack, given, candidates, start, &[])
 }
 
 /// The same from where an earlier refit ended.
@@ -252,14 +326,30 @@ pub(crate) fn refit_from(
     candidates: &[FreeParameter],
     before: &Fitted,
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
-    let start = candidates
-        .iter()
-        .map(|parameter| {
-            let place = before.free.iter().position(|free| free.path == parameter.path);
-            place.map_or(parameter.given, |place| before.values[place])
-        })
-        .collect();
-    refit_at(stack, given, candidates, start)
+    let start = started_from(candidates, before);
+    refit_at(stack, given, candidates, start, &[])
+}
+
+/// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those that are not
+/// are at their given values, which `hypothesis` has.
+pub(crate) fn refit_beside_laws(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    before: &Fitted,
+) -> Option<Fitted> {
+    let laws = before.free.iter().filter(|parameter| parameter.path.starts_with("physics.")).cloned();
+    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(&hypothesis.model)).collect();
+    let start = started_from(&candidates, before);
+    refit_at(stack, hypothesis, &candidates, start, &before.initial_states()).ok().map(|(fitted, _)| fitted)
+}
+
+/// Where an earlier fit ended, for the parameters that it had.
+fn started_from(candidates: &[FreeParameter], before: &Fitted) -> Vec<f64> {
+    let value = |parameter: &FreeParameter| {
+        let place = before.free.iter().position(|free| free.path == parameter.path);
+        place.map_or(parameter.given, |place| before.values[place])
+    };
+    candidates.iter().map(value).collect()
 }
 
 fn refit_at(
@@ -267,12 +357,13 @@ fn refit_at(
     given: &Hypothesis,
     candidates: &[FreeParameter],
     start: Vec<f64>,
+    states: &[Vec<f64>],
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let diverged = || DiagnoseError::Diverged {
         recording: stack.records.first().map_or_else(String::new, |record| record.name.clone()),
     };
     let moved = given.with_values(candidates, &start).ok_or_else(diverged)?;
-    let records = stack.evaluate(&moved, &[]).ok_or_else(diverged)?;
+    let records = stack.evaluate(&moved, states).ok_or_else(diverged)?;
     let sum_of_squares = records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
     let at_start =
         Fitted { hypothesis: moved, free: candidates.to_vec(), values: start, records, sum_of_squares };
@@ -280,7 +371,7 @@ fn refit_at(
     let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
     let values: Vec<f64> = kept.iter().map(|&index| at_start.values[index]).collect();
     let base = at_start.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
-    let fitted = fit(stack, &base, &free, &values, &[]).ok_or_else(diverged)?;
+    let fitted = fit(stack, &base, &free, &values, states, Effort::FULL).ok_or_else(diverged)?;
     let paths = dropped.into_iter().map(|index| candidates[index].path.clone()).collect();
     Ok((fitted, paths))
 }
@@ -297,7 +388,8 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
         let mut rest = column.clone();
         basis.remove_from(&mut rest);
         let own = dot(&rest, &rest).sqrt();
-        if own > VISIBLE * level && own > 1e-5 * whole {
+        let is_law = fitted.free[index].path.starts_with("physics.");
+        if (is_law || own > VISIBLE * level) && own > 1e-5 * whole {
             basis.push(column);
             kept.push(index);
         } else {

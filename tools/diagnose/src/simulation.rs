@@ -59,18 +59,6 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
 /// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of every
 /// coordinate, on top of the rest that the model starts from.
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
-    let t = std::time::Instant::now();
-    let r = simulate_(hypothesis, record, initial);
-    SIMS.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-    SIMNS.fetch_add(t.elapsed().as_nanos() as u64, std::sync::atomic::Ordering::Relaxed);
-    r
-}
-pub static SIMS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub static SIMNS: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
-pub fn lap(what: &str) {
-    eprintln!("LAP {what}: {} sims {:.2} s", SIMS.load(std::sync::atomic::Ordering::Relaxed), 1e-9*SIMNS.load(std::sync::atomic::Ordering::Relaxed) as f64);
-}
-fn simulate_(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
     let mut model = hypothesis.model.clone();
     if initial.iter().any(|value| *value != 0.0) {
         let space = StateSpace::new(&model).ok()?;

@@ -183,6 +183,15 @@ impl Study {
         }
     }
 
+    /// Weights every output by its noise.
+    pub(crate) fn weigh_by_floors(&mut self, floors: &[Option<NoiseFloor>]) {
+        for (weight, floor) in self.weights.iter_mut().zip(floors) {
+            if let Some(floor) = floor.as_ref().filter(|floor| floor.rms > 0.0) {
+                *weight = 1.0 / floor.rms;
+            }
+        }
+    }
+
     /// Residuals of one of the model's outputs in its unit, training recordings first.
     pub(crate) fn parts<'s>(&'s self, on_all: &'s OnAll, output: usize) -> Vec<OutputResidual<'s>> {
         let records = self.train.iter().zip(&on_all.train).chain(self.held_out.iter().zip(&on_all.held_out));
@@ -343,11 +352,7 @@ pub(crate) fn settle(
     before: &Fitted,
     floors: Vec<Option<NoiseFloor>>,
 ) -> Result<Compared, DiagnoseError> {
-    for (weight, floor) in study.weights.iter_mut().zip(&floors) {
-        if let Some(floor) = floor.as_ref().filter(|floor| floor.rms > 0.0) {
-            *weight = 1.0 / floor.rms;
-        }
-    }
+    study.weigh_by_floors(&floors);
     let candidates: Vec<FreeParameter> = free_parameters(&given.model);
     let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
     let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use stillbeam_plant::Model;
 
-use crate::naming::selection::{Member, Selection, Tried};
+use crate::naming::rounds::Tried;
+use crate::naming::selection::Selection;
+use crate::naming::sets::Member;
 use crate::naming::trials::Candidate;
 use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
 use crate::statistics::distributions::two_sided_normal;

@@ -24,6 +24,7 @@ fn single_laws_are_named_with_their_size() {
     for (bench, law, parameter) in [
         (Bench::MovedBase, Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0), "stiffness"),
         (Bench::MovedBase, Physics::new("quadratic_drag", "beam").with("drag", 0.02), "drag"),
+        (Bench::ForcedBase, Physics::new("coulomb_friction", "base").with("force", 0.6), "force"),
     ] {
         let found = run(bench, std::slice::from_ref(&law), &Options::default(), 1);
         let truth = format!("{} at {}", law.id, law.location);

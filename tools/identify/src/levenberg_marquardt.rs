@@ -88,6 +88,18 @@ const LARGEST_DAMPING: f64 = 1e14;
 ///
 /// Returns `None` when the model cannot be evaluated at the start.
 pub fn minimise<L: LeastSquares>(problem: &L, parameters: &[Parameter]) -> Option<Minimum<L::Point>> {
+    minimise_to(problem, parameters, REDUCTION_TOLERANCE)
+}
+
+/// The same, ended as soon as a step gains less than `reduction_tolerance` of the sum of squares: for many fits of which
+/// only the best will be finished.
+///
+/// Returns `None` when the model cannot be evaluated at the start.
+pub fn minimise_to<L: LeastSquares>(
+    problem: &L,
+    parameters: &[Parameter],
+    reduction_tolerance: f64,
+) -> Option<Minimum<L::Point>> {
     let clamp = |value: f64, p: &Parameter| value.max(p.lower).min(p.upper);
     let mut at: Vec<f64> = parameters.iter().map(|p| clamp(p.start, p)).collect();
     let mut point = problem.at(&at)?;
@@ -139,13 +151,13 @@ pub fn minimise<L: LeastSquares>(problem: &L, parameters: &[Parameter]) -> Optio
                     let reduction = (sum - trial_sum) / sum;
                     (at, point, sum) = (trial, evaluated, trial_sum);
                     damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
-                    if reduction < REDUCTION_TOLERANCE {
+                    if reduction < reduction_tolerance {
                         break 'search StopReason::ReductionSmall;
                     }
                     break;
                 }
                 // Rounding decides the sign of differences this small.
-                _ if predicted.abs() < REDUCTION_TOLERANCE * sum => {
+                _ if predicted.abs() < reduction_tolerance * sum => {
                     break 'search StopReason::ReductionSmall;
                 }
                 _ => {

@@ -3,7 +3,7 @@
 use stillbeam_plant::{BASE_POSITION, BeamSignal, Input, Model, SETPOINT, TIP_DEFLECTION, TIP_POSITION};
 use stillbeam_recording::{Recording, Role};
 
-use crate::fit::fit;
+use crate::fit::{Effort, fit};
 use crate::noise::NoiseFloor;
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::record::Record;
@@ -99,6 +99,6 @@ fn beam_alone(
         })
         .collect();
     let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
-    let fitted = fit(&stack, &Hypothesis { model: cut }, &free, &start, &[])?;
+    let fitted = fit(&stack, &Hypothesis { model: cut }, &free, &start, &[], Effort::FULL)?;
     Some((fitted.sum_of_squares / stack.present().max(1) as f64).sqrt())
 }

@@ -1,7 +1,10 @@
 //! Naming: which laws of the catalogue the recordings demand.
 
 pub(crate) mod gates;
+mod judgement;
+pub(crate) mod rounds;
 pub(crate) mod scales;
 pub(crate) mod screening;
 pub(crate) mod selection;
+pub(crate) mod sets;
 pub(crate) mod trials;

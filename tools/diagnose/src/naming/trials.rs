@@ -54,6 +54,14 @@ impl Candidate {
         }
     }
 
+    /// Names of all parameters that set the strength in any trial.
+    pub(crate) fn amplitude_names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.trials.iter().flat_map(Trial::amplitude_names).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
     /// Whether an amplitude may have either sign.
     pub(crate) fn is_signed(&self, trial: &Trial) -> bool {
         trial

@@ -1,0 +1,105 @@
+//! The last word: every law of the chosen set against the set without it, and what would do as well.
+
+use rayon::prelude::*;
+
+use super::rounds::Tried;
+use super::selection::{Search, Selection};
+use super::sets::Member;
+use crate::fit::Fitted;
+use crate::intervals::standard_errors;
+use stillbeam_recording::Role;
+
+impl Search<'_> {
+    /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it, drops the
+    /// weakest law that fails one and begins again, until all that are left pass. Then looks for rivals: sets in which
+    /// another law in a law's place does as well.
+    pub(crate) fn judge(
+        &self,
+        mut selection: Selection,
+        refitted: &Fitted,
+        say: &mut dyn FnMut(&str, f64),
+    ) -> Selection {
+        say("judging what was chosen", 0.0);
+        let mut without;
+        loop {
+            if selection.chosen.laws.is_empty() {
+                let laws = Vec::new();
+                selection.chosen = self.member(laws, refitted.clone()).unwrap_or(selection.chosen);
+                return selection;
+            }
+            selection.chosen = self.finished(selection.chosen);
+            let (judged, sets) = self.judge_laws(&selection.chosen, refitted);
+            without = sets;
+            let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());
+            let weight = |tried: &Tried| tried.held_out.map_or(tried.training.z, |held_out| held_out.z);
+            let weakest = failing.min_by(|a, b| weight(a.1).total_cmp(&weight(b.1))).map(|(place, _)| place);
+            match weakest {
+                None => {
+                    selection.judged = judged;
+                    break;
+                }
+                Some(place) => {
+                    // What was judged stays on the record of the candidates.
+                    let dropped = judged[place].clone();
+                    selection.tried.retain(|tried| tried.candidate != dropped.candidate);
+                    selection.tried.push(dropped);
+                    selection.chosen = without.swap_remove(place);
+                }
+            }
+        }
+        for (place, set) in without.iter().enumerate() {
+            say("looking for laws that would do as well", 0.3 + 0.6 * place as f64 / without.len() as f64);
+            self.find_rivals(&mut selection, set);
+        }
+        selection
+    }
+
+    /// Every law of a set judged, and the sets without it, in the set's order.
+    fn judge_laws(&self, chosen: &Member, refitted: &Fitted) -> (Vec<Tried>, Vec<Member>) {
+        let stack = self.study.stack(Role::Train);
+        let errors = standard_errors(&stack, &chosen.fitted, self.study.slowest_hz);
+        (0..chosen.laws.len())
+            .into_par_iter()
+            .map(|place| {
+                let without = if chosen.laws.len() == 1 {
+                    self.member(Vec::new(), refitted.clone())
+                } else {
+                    self.without(chosen, place)
+                };
+                // Where the rest cannot be fitted without it, the law is measured against the refitted model.
+                let without = without.unwrap_or_else(|| Member {
+                    laws: Vec::new(),
+                    fitted: refitted.clone(),
+                    held_out: chosen.held_out.clone(),
+                });
+                let own = format!("physics.{}.", self.given_laws + place + 1);
+                let tried = self.judged(&without, chosen.clone(), chosen.laws[place], &own, &errors);
+                (tried, without)
+            })
+            .unzip()
+    }
+
+    fn find_rivals(&self, selection: &mut Selection, without: &Member) {
+        let (screened, tried) = self.round(without);
+        if selection.chosen.laws.len() == 1 {
+            selection.screened = screened;
+        }
+        for other in tried {
+            if selection.chosen.laws.contains(&other.candidate) {
+                continue;
+            }
+            let chosen = &selection.chosen;
+            // What needs more parameters to do as well is no rival.
+            let as_simple = other.member.fitted.free.len() <= chosen.fitted.free.len();
+            let close = |member: &Member| self.better_by(member, chosen) < self.options.held_out_gate;
+            if other.passes() && as_simple {
+                let member = self.finished(other.member.clone());
+                if close(&member) {
+                    selection.rivals.push(member);
+                }
+            }
+            selection.tried.retain(|known| known.candidate != other.candidate);
+            selection.tried.push(other);
+        }
+    }
+}

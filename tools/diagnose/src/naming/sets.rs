@@ -1,0 +1,157 @@
+//! Sets of laws, each fitted together with the model's own parameters.
+
+use stillbeam_plant::Physics;
+use stillbeam_recording::Role;
+
+use super::gates::improvement;
+use super::selection::Search;
+use crate::fit::{Effort, Fitted, fit, refit_beside_laws};
+use crate::parameters::FreeParameter;
+use crate::simulation::Hypothesis;
+use crate::stacking::RecordFit;
+use crate::study::OnAll;
+
+/// A model with some laws, fitted and judged.
+#[derive(Clone)]
+pub(crate) struct Member {
+    /// Indices into the candidates, in the order in which they were added.
+    pub(crate) laws: Vec<usize>,
+    pub(crate) fitted: Fitted,
+    pub(crate) held_out: Vec<RecordFit>,
+}
+
+impl Member {
+    /// The set on all recordings.
+    pub(crate) fn on_all(&self) -> OnAll {
+        OnAll { train: self.fitted.records.clone(), held_out: self.held_out.clone() }
+    }
+}
+
+impl Search<'_> {
+    /// A set with one more law, fitted.
+    pub(crate) fn extended(
+        &self,
+        base: &Member,
+        candidate: usize,
+        physics: &Physics,
+        number: usize,
+        amplitudes: &[String],
+    ) -> Option<Member> {
+        let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
+        let added = law_parameters(&hypothesis.model, physics, number, amplitudes);
+        let free: Vec<FreeParameter> =
+            base.fitted.free.iter().cloned().chain(added.iter().cloned()).collect();
+        let start: Vec<f64> =
+            base.fitted.values.iter().copied().chain(added.iter().map(|parameter| parameter.given)).collect();
+        let stack = self.study.stack(Role::Train);
+        let states = base.fitted.initial_states();
+        let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
+        self.member([&base.laws[..], &[candidate]].concat(), fitted)
+    }
+
+    pub(crate) fn member(&self, laws: Vec<usize>, fitted: Fitted) -> Option<Member> {
+        let held_out = self.study.stack(Role::HeldOut).evaluate(&fitted.hypothesis, &[])?;
+        Some(Member { laws, fitted, held_out })
+    }
+
+    /// The set without its law at `place`, fitted again.
+    pub(crate) fn without(&self, member: &Member, place: usize) -> Option<Member> {
+        let mut hypothesis = member.fitted.hypothesis.clone();
+        let index = self.given_laws + place;
+        hypothesis.model.setup_mut().physics.remove(index);
+        let removed = format!("physics.{}.", index + 1);
+        let mut free = Vec::new();
+        let mut start = Vec::new();
+        for (parameter, value) in member.fitted.free.iter().zip(&member.fitted.values) {
+            if parameter.path.starts_with(&removed) {
+                continue;
+            }
+            free.push(FreeParameter { path: renumbered(&parameter.path, index + 1), ..parameter.clone() });
+            start.push(*value);
+        }
+        let stack = self.study.stack(Role::Train);
+        let states = member.fitted.initial_states();
+        let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
+        let mut laws = member.laws.clone();
+        laws.remove(place);
+        self.member(laws, fitted)
+    }
+
+    /// How many standard errors a set is better than another: held out where there is something, else in training.
+    pub(crate) fn better_by(&self, without: &Member, with: &Member) -> f64 {
+        let slowest_hz = self.study.slowest_hz;
+        if self.study.held_out.is_empty() {
+            let stack = self.study.stack(Role::Train);
+            return improvement(&stack, &without.fitted.records, &with.fitted.records, slowest_hz).z;
+        }
+        improvement(&self.study.stack(Role::HeldOut), &without.held_out, &with.held_out, slowest_hz).z
+    }
+
+    /// A set fitted to the end.
+    pub(crate) fn finished(&self, member: Member) -> Member {
+        let stack = self.study.stack(Role::Train);
+        let from = &member.fitted;
+        let fitted =
+            fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), Effort::FULL);
+        let better = fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares);
+        better.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
+    }
+
+    /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the set is then
+    /// fitted again, and which of the model's own parameters are free is decided anew.
+    pub(crate) fn weighed_again(&mut self, member: Member) -> Member {
+        let floors = self.study.floors(&member.on_all());
+        if !self.study.much_lower(&floors, &self.floors) {
+            return member;
+        }
+        self.study.weigh_by_floors(&floors);
+        self.floors = floors;
+        self.weighed_again = true;
+        let stack = self.study.stack(Role::Train);
+        let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
+        let mut hypothesis = Hypothesis { model: self.given.clone() };
+        hypothesis.model.setup_mut().physics = laws;
+        let fitted = refit_beside_laws(&stack, &hypothesis, &member.fitted);
+        fitted.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
+    }
+}
+
+/// The path with laws counted as if number `removed` were gone.
+fn renumbered(path: &str, removed: usize) -> String {
+    let Some((number, name)) = path.strip_prefix("physics.").and_then(|rest| rest.split_once('.')) else {
+        return path.to_owned();
+    };
+    match number.parse::<usize>() {
+        Ok(number) if number > removed => format!("physics.{}.{name}", number - 1),
+        _ => path.to_owned(),
+    }
+}
+
+/// Parameters that stay as tried: what the others already determine.
+const KEPT: [&str; 3] = ["gamma", "rest_position", "step"];
+
+/// The free parameters of a law just added as number `number`.
+pub(crate) fn law_parameters(
+    model: &stillbeam_plant::Model,
+    physics: &Physics,
+    number: usize,
+    amplitudes: &[String],
+) -> Vec<FreeParameter> {
+    let own = format!("physics.{number}.");
+    model
+        .parameters()
+        .into_iter()
+        .filter_map(|parameter| {
+            let name = parameter.path.strip_prefix(&own)?.to_owned();
+            let given = *physics.parameters.get(&name)?;
+            // A limit that does not limit is no parameter.
+            (given.is_finite() && !KEPT.contains(&name.as_str())).then(|| FreeParameter {
+                logarithmic: !amplitudes.contains(&name) && parameter.lower >= 0.0 && given > 0.0,
+                path: parameter.path,
+                given,
+                lower: parameter.lower,
+                upper: parameter.upper,
+            })
+        })
+        .collect()
+}

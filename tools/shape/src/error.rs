@@ -72,6 +72,20 @@ pub enum ShapeError {
         /// The fraction given.
         fraction: f64,
     },
+    /// A mode's own box of frequency and damping.
+    #[error("the box of the mode at {frequency_hz} Hz: {what}")]
+    ModeBox {
+        /// The mode's nominal frequency.
+        frequency_hz: f64,
+        /// What is wrong, and the remedy.
+        what: &'static str,
+    },
+    /// The solver of conic programmes gave up.
+    #[error("the solver gave up ({what}); a slightly different tolerance or box avoids it; please report it")]
+    Solver {
+        /// What it said.
+        what: String,
+    },
     /// A mode that cannot be shaped at this rate, or too many modes.
     #[error("{0}")]
     Table(TableError),

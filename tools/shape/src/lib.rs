@@ -28,6 +28,7 @@ mod design;
 mod error;
 mod impulse_sequence;
 mod mode_spec;
+mod optimal;
 mod residual;
 mod table_file;
 
@@ -36,5 +37,6 @@ pub use checksum::Crc32;
 pub use design::{DesignOptions, ImpulseEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry};
 pub use error::{ModeSpecError, ShapeError, TableFileError, TableProblem};
 pub use impulse_sequence::impulse_sequence;
+pub use optimal::ModeBox;
 pub use mode_spec::{DEFAULT_TYPE, parse_mode, parse_type};
 pub use residual::{cascade_residual, worst_residual};

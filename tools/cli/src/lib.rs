@@ -9,6 +9,7 @@
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
 //! | a move of the base, simulated and judged | [`base_move`] |
 //! | which columns, and the files that modes go into | [`identification`] |
+//! | where modes may be, and what the machine stands | [`shaping`] |
 //! | results become self-contained HTML pages | [`report`] |
 //!
 //! Nothing here prints, exits or panics on bad input: text goes to [`streams::Streams`], failures are
@@ -26,5 +27,6 @@ pub mod outputs;
 pub mod paper;
 pub mod reading;
 pub mod report;
+pub mod shaping;
 pub mod streams;
 pub mod workspace;

@@ -1,11 +1,12 @@
 //! What can be wrong with a mode, a design or a table that was read.
 
+use stillbeam_firmware::shaper::ModeError;
 use stillbeam_firmware::shaper::table::TableError;
-use stillbeam_firmware::shaper::{KnownTypes, ModeError};
 use stillbeam_firmware::units::TickRate;
 use thiserror::Error;
 
 use crate::checksum::Crc32;
+use crate::stage_type::KnownStageTypes;
 
 /// A mode specification that cannot be used.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -36,11 +37,19 @@ pub enum ModeSpecError {
         example: &'static str,
     },
     /// No such shaper.
-    #[error("{context}unknown shaper type `{text}`; use {KnownTypes}")]
+    #[error("{context}unknown shaper type `{text}`; use {KnownStageTypes}")]
     UnknownType {
         /// Where it stands, ending in `: `, or nothing.
         context: String,
         /// The name given.
+        text: String,
+    },
+    /// The tolerance of a specified insensitivity.
+    #[error(
+        "`si:{text}`: the tolerance is a fraction of the unshaped vibration, at least 0 and below 1, such as si:0.05"
+    )]
+    SiTolerance {
+        /// What stands after `si:`.
         text: String,
     },
     /// A number outside its range.
@@ -80,6 +89,42 @@ pub enum ShapeError {
         /// What is wrong, and the remedy.
         what: &'static str,
     },
+    /// A tolerance that no shaper can be asked for.
+    #[error(
+        "a tolerance of {fraction} has no meaning; give a fraction of the unshaped vibration, at least 0 and below 1"
+    )]
+    Tolerance {
+        /// The tolerance given.
+        fraction: f64,
+    },
+    /// A limit of negative weights outside its range.
+    #[error("negative weights that sum to {limit}: the limit is a number from 0 to {most}")]
+    NegativeLimit {
+        /// The limit given.
+        limit: f64,
+        /// The largest.
+        most: f64,
+    },
+    /// No shaper within the longest duration meets the tolerance.
+    #[error("{}", infeasible(*tolerance, *longest_s, *least, *box_factor, *duration_s))]
+    Infeasible {
+        /// The tolerance asked for, a fraction.
+        tolerance: f64,
+        /// The longest duration that is possible or was asked for, seconds.
+        longest_s: f64,
+        /// The least residual within it, a fraction.
+        least: f64,
+        /// By what factor the boxes would have to shrink, if that is enough.
+        box_factor: Option<f64>,
+        /// The duration that would be needed, seconds, if it is not far longer.
+        duration_s: Option<f64>,
+    },
+    /// Taps that make no table.
+    #[error("{what}; loosen the tolerance or narrow the box")]
+    Taps {
+        /// What is wrong with them.
+        what: String,
+    },
     /// The solver of conic programmes gave up.
     #[error("the solver gave up ({what}); a slightly different tolerance or box avoids it; please report it")]
     Solver {
@@ -102,6 +147,31 @@ pub enum ShapeError {
         /// The tick rate, hertz.
         rate_hz: f64,
     },
+}
+
+fn infeasible(
+    tolerance: f64,
+    longest_s: f64,
+    least: f64,
+    box_factor: Option<f64>,
+    duration_s: Option<f64>,
+) -> String {
+    // Rounded up: what is advised must be enough.
+    let decimals = 10f64.powi(2 - least.log10().floor() as i32);
+    let least = (least * 1.001 * decimals).ceil() / decimals;
+    let mut remedies = vec![format!("a tolerance of {least}")];
+    if let Some(factor) = box_factor {
+        remedies.push(format!("boxes of {:.0} % of their size", (100.0 * factor).floor()));
+    }
+    if let Some(duration_s) = duration_s {
+        remedies
+            .push(format!("{duration_s:.2} s of duration (at a lower rate the board's memory lasts longer)"));
+    }
+    format!(
+        "no shaper of up to {longest_s:.4} s leaves at most {tolerance} of every mode's vibration over its box; \
+         any one of these would be enough: {}",
+        remedies.join(", or ")
+    )
 }
 
 /// A table file that cannot be used.

@@ -6,11 +6,13 @@
 //! | `F_HZ,ZETA[,TYPE]` becomes a mode, or an error saying which part is wrong | `mode_spec` |
 //! | modes and a rate become a [`ShaperDesign`], the JSON of `stillbeam shape` | `design` |
 //! | impulses of all modes become one sorted sequence | `impulse_sequence` |
-//! | the integer cascade's residual, at the design point and over a box of frequencies | `residual` |
 //! | a table file becomes what is sent to a board, whoever designed it | `board_table` |
+//! | the integer cascade's residual at one frequency | `residual` |
+//! | the shortest shaper for all modes over their boxes | `optimal/` |
+//! | textbook, specified insensitivity or optimal, by name | `stage_type` |
 //! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
 //!
-//! All arithmetic of the shaper itself is the firmware core's: nothing is designed twice.
+//! All arithmetic of the textbook shapers is the firmware core's: nothing is designed twice.
 //!
 //! ```
 //! use stillbeam_shape::{DesignOptions, ShaperDesign, parse_mode};
@@ -30,13 +32,17 @@ mod impulse_sequence;
 mod mode_spec;
 mod optimal;
 mod residual;
+mod stage_type;
 mod table_file;
 
 pub use board_table::BoardTable;
 pub use checksum::Crc32;
-pub use design::{DesignOptions, ImpulseEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry};
+pub use design::{
+    DesignOptions, ImpulseEntry, OptimalEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry,
+};
 pub use error::{ModeSpecError, ShapeError, TableFileError, TableProblem};
 pub use impulse_sequence::impulse_sequence;
-pub use optimal::ModeBox;
-pub use mode_spec::{DEFAULT_TYPE, parse_mode, parse_type};
-pub use residual::{cascade_residual, worst_residual};
+pub use mode_spec::{DEFAULT_TYPE, StagePlan, parse_mode, parse_stage, parse_type};
+pub use optimal::{ModeBox, OptimalRequest, OptimalShaper, ROUNDING, worst_over_box};
+pub use residual::cascade_residual;
+pub use stage_type::{KnownStageTypes, StageType};

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
-use stillbeam_firmware::shaper::{Mode, ShaperTable};
+use stillbeam_firmware::shaper::{Mode, ShaperTable, Tap};
+use stillbeam_firmware::units::TickRate;
 
 use crate::checksum::Crc32;
-use crate::design::{SCHEMA_VERSION, ShaperDesign, StageEntry, design_table};
+use crate::design::{SCHEMA_VERSION, ShaperDesign, StageEntry, design_table, runnable};
 use crate::error::{ShapeError, TableFileError, TableProblem};
 
 impl ShaperDesign {
@@ -51,32 +52,55 @@ impl ShaperDesign {
         Ok(())
     }
 
-    /// The modes that the stages were designed for.
+    /// The modes that the stages were designed for; `None` when a stage is none of a single mode's textbook shaper, which a board
+    /// could design itself.
     ///
     /// # Errors
     /// [`TableProblem::Design`] when one is no mode.
-    pub fn modes(&self) -> Result<Vec<Mode>, TableProblem> {
+    pub fn modes(&self) -> Result<Option<Vec<Mode>>, TableProblem> {
         let modes = self.stages.iter().enumerate().map(|(index, stage)| {
-            Mode::new(stage.frequency_hz, stage.damping_ratio, stage.shaper).map_err(|error| {
+            let (Some(frequency_hz), Some(damping_ratio), Some(shaper)) =
+                (stage.frequency_hz, stage.damping_ratio, stage.shaper.textbook())
+            else {
+                return Ok(None);
+            };
+            let mode = Mode::new(frequency_hz, damping_ratio, shaper).map_err(|error| {
                 let error = stillbeam_firmware::shaper::table::TableError::Mode { index, error };
                 TableProblem::Design(ShapeError::Table(error))
-            })
+            })?;
+            Ok(Some(mode))
         });
         modes.collect()
     }
 
-    /// The table that runs, designed again from the modes and compared with what the file says.
+    /// The table that runs. Where all stages are textbook shapers it is designed again from the modes and compared with what
+    /// the file says; other stages are taken as they are.
     ///
     /// # Errors
     /// [`TableProblem`]: a damaged file, modes that cannot be shaped, or taps that this version does not make.
     pub fn table(&self) -> Result<ShaperTable, TableProblem> {
         self.check()?;
-        let table = design_table(&self.modes()?, self.rate_hz).map_err(TableProblem::Design)?;
+        let Some(modes) = self.modes()? else { return self.table_of_taps() };
+        let table = design_table(&modes, self.rate_hz).map_err(TableProblem::Design)?;
         let (written, designed) = (self.crc32, Crc32(table.crc32()));
         if designed != written {
             return Err(TableProblem::OtherDesign { written, designed });
         }
         Ok(table)
+    }
+
+    fn table_of_taps(&self) -> Result<ShaperTable, TableProblem> {
+        let rate_hz = self.rate_hz;
+        let rate = TickRate::from_hz(rate_hz).ok_or(TableProblem::Design(ShapeError::Rate { rate_hz }))?;
+        let stages: Vec<Vec<Tap>> = self
+            .stages
+            .iter()
+            .map(|stage| {
+                let taps = stage.taps.iter();
+                taps.map(|tap| Tap { delay_ticks: tap.delay_ticks, weight: tap.weight }).collect()
+            })
+            .collect();
+        runnable(rate, &stages).map_err(TableProblem::Design)
     }
 }
 

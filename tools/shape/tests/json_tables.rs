@@ -156,7 +156,7 @@ fn files_that_are_no_tables_are_refused_with_their_name() {
 #[test]
 fn a_table_with_another_frequency_than_its_taps_does_not_run() {
     let mut design = paper_design("zv", 4000.0);
-    design.stages[0].frequency_hz = 1.2;
+    design.stages[0].frequency_hz = Some(1.2);
     assert!(design.check().is_ok(), "the taps are untouched");
     assert!(matches!(design.table(), Err(TableProblem::OtherDesign { .. })));
 }

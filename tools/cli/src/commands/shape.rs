@@ -1,52 +1,83 @@
 //! `stillbeam shape`: from modes to a table.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
-use stillbeam_firmware::shaper::{KnownTypes, Mode, ShaperType};
 use stillbeam_firmware::units::TickRate;
-use stillbeam_shape::{DEFAULT_TYPE, DesignOptions, ShaperDesign, parse_mode, parse_type};
+use stillbeam_shape::{
+    DEFAULT_TYPE, KnownStageTypes, ModeBox, OptimalRequest, ShapeError, ShaperDesign, StagePlan, StageType,
+    parse_stage,
+};
 
 use crate::error::CliError;
 use crate::identification::modes_file::ChosenModes;
 use crate::outputs::keep_apart;
 use crate::report::shape_page::shape_page;
+use crate::shaping::{MachineLimits, Uncertainty, mode_boxes};
 use crate::streams::{Streams, json_on_stdout};
 
-/// Design a shaper: one stage per mode, exactly as the board runs it.
+/// Design a shaper, exactly as the board runs it: one stage per mode, or the shortest for all modes at once.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
   stillbeam shape --mode 1.1,0.0074,zvd --mode 6.9,0.0059,zvd --rate 4000 --json table.json
-  stillbeam shape --modes-from out/demo/modes.json --use 1,2 --type zvdd --json -")]
+  stillbeam shape --modes-from out/demo/modes.json --use 1,2 --type zvdd --json -
+  stillbeam shape --optimal --tolerance 0.02 --box modes.json --json table.json
+  stillbeam shape --optimal --mode 1.1,0.0074 --mode 6.9,0.0033 --box 5% --report shaper.html")]
 pub struct ShapeArgs {
     #[arg(
         long = "mode",
         value_name = "F_HZ,ZETA[,TYPE]",
         allow_hyphen_values = true,
-        help = format!("A mode: undamped frequency in Hz, damping ratio, and {KnownTypes}; may be repeated")
+        help = format!("A mode: undamped frequency in Hz, damping ratio, and {KnownStageTypes}; may be repeated")
     )]
     modes: Vec<String>,
     /// Take the modes from what `identify --json` wrote
     #[arg(long, value_name = "FILE", conflicts_with = "modes")]
     modes_from: Option<PathBuf>,
-    /// Which of them, counted from 1; by default all
-    #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', requires = "modes_from")]
+    /// Which of the file's modes, counted from 1; by default all
+    #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', conflicts_with = "modes")]
     chosen: Vec<usize>,
     #[arg(
         long = "type",
         value_name = "TYPE",
         default_value_t = DEFAULT_TYPE.name().to_owned(),
-        help = format!("The shaper of modes that name none: {KnownTypes}")
+        help = format!("The shaper of modes that name none: {KnownStageTypes}")
     )]
     kind: String,
+    /// Solve for the shortest shaper that holds the tolerance for every mode anywhere in its box
+    #[arg(long)]
+    optimal: bool,
+    /// With --optimal: the most vibration that any mode may keep, as a fraction of the unshaped command's
+    #[arg(
+        long,
+        value_name = "FRACTION",
+        default_value_t = 0.02,
+        requires = "optimal",
+        allow_negative_numbers = true
+    )]
+    tolerance: f64,
+    /// With --optimal: let negative weights sum to up to this; the setpoint may become faster than the command by 1 + 2 of
+    /// it, so the machine's limits are checked
+    #[arg(long, value_name = "LIMIT", requires = "optimal", allow_negative_numbers = true)]
+    allow_negative: Option<f64>,
+    /// What the machine can do, in mm/s and mm/s²; by default the limits that the board's settings come with
+    #[arg(long, value_name = "VELOCITY,ACCELERATION", requires = "allow_negative")]
+    machine_limits: Option<String>,
+    /// What the commands ask for at most; without it the board is taken to plan its moves, which it then slows itself
+    #[arg(long, value_name = "VELOCITY,ACCELERATION", requires = "allow_negative")]
+    command_limits: Option<String>,
+    /// With --optimal: the longest shaper, in seconds; by default what fits into the board's memory
+    #[arg(long, value_name = "SECONDS", requires = "optimal", allow_negative_numbers = true)]
+    longest: Option<f64>,
     /// Ticks per second; the board runs the nearest rate that divides its timer clock
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
-    /// Judge the worst case with frequencies off by up to this many percent
-    #[arg(long = "box", default_value_t = 5.0, value_name = "PERCENT", allow_negative_numbers = true)]
-    box_percent: f64,
+    /// Where the modes may be: ±PCT of frequency and damping ratio, ±PCT,PCT of each, or a FILE of `identify --json`
+    /// with a box for every mode
+    #[arg(long = "box", default_value = "5%", value_name = "PCT|FILE", allow_negative_numbers = true)]
+    uncertainty: String,
     /// Write the table as JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
@@ -55,23 +86,39 @@ pub struct ShapeArgs {
     report: Option<String>,
 }
 
+/// What is to be designed.
+struct Task {
+    plans: Vec<StagePlan>,
+    boxes: Vec<ModeBox>,
+    /// The boxes in words.
+    described: String,
+}
+
 impl ShapeArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
-        keep_apart(self.modes_from.as_deref(), [self.json.as_deref(), self.report.as_deref()])?;
-        let kind = parse_type(&self.kind)?;
-        let modes = self.modes(kind)?;
-        let frequency_box = self.box_percent / 100.0;
+        let uncertainty: Uncertainty = self.uncertainty.parse()?;
+        let box_file = match &uncertainty {
+            Uncertainty::File(path) => Some(path.as_path()),
+            Uncertainty::Fractions { .. } => None,
+        };
+        let inputs = [self.modes_from.as_deref(), box_file];
+        keep_apart(inputs.into_iter().flatten(), [self.json.as_deref(), self.report.as_deref()])?;
+        let task = self.task(&uncertainty, box_file)?;
         let rate_hz = self.board_rate_hz(streams);
-        let design = ShaperDesign::new(&modes, rate_hz, &DesignOptions { frequency_box })?;
+        let design = if self.optimal {
+            self.solve(&task, rate_hz, streams)?
+        } else {
+            ShaperDesign::cascade(&task.plans, rate_hz, &task.boxes)?
+        };
         if !json_on_stdout(self.json.as_deref()) {
-            self.print(&design, streams)?;
+            print(&design, &task, streams)?;
         }
         if let Some(file) = &self.json {
             streams.write_text(file, &design.to_json())?;
         }
         if let Some(file) = &self.report {
             let table = design.table().map_err(|error| CliError::Internal(error.to_string()))?;
-            streams.write_text(file, &shape_page(&design, &table, frequency_box))?;
+            streams.write_text(file, &shape_page(&design, &table, &task.boxes, &task.described))?;
         }
         Ok(())
     }
@@ -90,43 +137,97 @@ impl ShapeArgs {
         attainable_hz
     }
 
-    fn modes(&self, kind: ShaperType) -> Result<Vec<Mode>, CliError> {
-        if let Some(file) = &self.modes_from {
-            return ChosenModes::read(file, &self.chosen)?.shaped(kind);
+    /// The modes, from the command line, from their file or else from the file of the boxes, and their boxes.
+    fn task(&self, uncertainty: &Uncertainty, box_file: Option<&Path>) -> Result<Task, CliError> {
+        let kind: StageType = self.kind.parse()?;
+        if kind == StageType::Optimal {
+            return Err(CliError::Usage(
+                "--type optimal: say --optimal; it is one shaper for all modes".to_owned(),
+            ));
         }
-        let modes = self.modes.iter().map(|spec| {
-            let complete =
-                if spec.matches(',').count() == 1 { format!("{spec},{kind}") } else { spec.clone() };
-            parse_mode(&complete).map_err(CliError::from)
-        });
-        modes.collect()
+        let file = match (self.modes.is_empty(), self.modes_from.as_deref()) {
+            (true, Some(file)) => Some(file),
+            (true, None) => box_file,
+            (false, _) => None,
+        };
+        let chosen = file.map(|file| ChosenModes::read(file, &self.chosen)).transpose()?;
+        let plans = match &chosen {
+            Some(chosen) => {
+                let modes = chosen.shaped(kind.textbook().unwrap_or(DEFAULT_TYPE))?;
+                modes.into_iter().map(|mode| StagePlan { mode, kind }).collect()
+            }
+            None if self.modes.is_empty() => return Err(ShapeError::NoModes.into()),
+            None => self.modes.iter().map(|spec| parse_stage(spec, kind)).collect::<Result<Vec<_>, _>>()?,
+        };
+        let same_file = chosen.as_ref().filter(|_| file == box_file);
+        let boxes = mode_boxes(&plans, uncertainty, same_file)?;
+        Ok(Task { plans, boxes, described: uncertainty.describe() })
     }
 
-    fn print(&self, design: &ShaperDesign, streams: &mut Streams<'_>) -> Result<(), CliError> {
-        let out = &mut streams.out;
-        writeln!(out, "rate      {} Hz", design.rate_hz)?;
-        writeln!(out, "duration  {:.4} s", design.duration_s)?;
-        writeln!(out, "delay     {:.4} s", design.delay_s)?;
-        writeln!(out, "crc32     {}", design.crc32)?;
-        let worst = format!("worst ±{} % (%)", self.box_percent);
+    fn solve(&self, task: &Task, rate_hz: f64, streams: &mut Streams<'_>) -> Result<ShaperDesign, CliError> {
+        let parsed = |text: &Option<String>| text.as_deref().map(str::parse::<MachineLimits>).transpose();
+        let machine = parsed(&self.machine_limits)?.unwrap_or_default();
+        let command = parsed(&self.command_limits)?;
+        let request = OptimalRequest {
+            modes: task.boxes.clone(),
+            rate_hz,
+            tolerance: self.tolerance,
+            negative_limit: self.allow_negative.unwrap_or(0.0),
+            longest_s: self.longest,
+        };
+        let shaper = request.solve()?;
+        if self.allow_negative.is_some_and(|limit| limit > 0.0) {
+            let gain = shaper.table.absolute_gain();
+            let checked = machine.check(&shaper.table, command.as_ref())?;
+            streams.say(&match checked {
+                Some(tried) => format!(
+                    "magnitudes of the weights sum to {gain:.4}, so the board plans its moves that much slower; its 50 mm move \
+                     takes {:.3} s, reaches {:.1} mm/s and {:.0} mm/s²",
+                    tried.duration_s, tried.velocity_mm_s, tried.acceleration_mm_s2
+                ),
+                None => format!("magnitudes of the weights sum to {gain:.4}: within the machine's limits"),
+            });
+        }
+        Ok(ShaperDesign::optimal(&shaper))
+    }
+}
+
+fn print(design: &ShaperDesign, task: &Task, streams: &mut Streams<'_>) -> Result<(), CliError> {
+    let out = &mut streams.out;
+    writeln!(out, "rate      {} Hz", design.rate_hz)?;
+    writeln!(out, "duration  {:.5} s", design.duration_s)?;
+    writeln!(out, "delay     {:.5} s", design.delay_s)?;
+    writeln!(out, "crc32     {}", design.crc32)?;
+    writeln!(out, "boxes     {}", task.described)?;
+    if let Some(optimal) = &design.optimal {
+        let taps: usize = design.stages.iter().map(|stage| stage.taps.len()).sum();
+        writeln!(out, "optimal   one stage of {taps} taps for {} % in every box", 100.0 * optimal.tolerance)?;
         writeln!(
             out,
-            "\n{:>4}{:>16}{:>15}  {:<5}{:>5}{:>14}{worst:>18}",
-            "mode", "frequency (Hz)", "damping ratio", "type", "taps", "nominal (%)"
+            "proof     one tick less leaves at least {:.5} %",
+            100.0 * optimal.bound_one_tick_less
         )?;
-        let residuals = design.residual.nominal.iter().zip(&design.residual.worst_over_box);
-        for (number, (stage, (nominal, worst))) in (1..).zip(design.stages.iter().zip(residuals)) {
-            writeln!(
-                out,
-                "{number:>4}{:>16.5}{:>15.6}  {:<5}{:>5}{:>14.6}{:>18.4}",
-                stage.frequency_hz,
-                stage.damping_ratio,
-                stage.shaper.name(),
-                stage.taps.len(),
-                100.0 * nominal,
-                100.0 * worst
-            )?;
-        }
-        Ok(())
     }
+    writeln!(
+        out,
+        "\n{:>4}{:>16}{:>15}  {:<9}{:>5}{:>14}{:>16}",
+        "mode", "frequency (Hz)", "damping ratio", "type", "taps", "nominal (%)", "worst (%)"
+    )?;
+    let residuals = design.residual.nominal.iter().zip(&design.residual.worst_over_box);
+    for (index, (area, (nominal, worst))) in task.boxes.iter().zip(residuals).enumerate() {
+        // A flat stage is for all modes: its taps are counted above.
+        let own = design.stages.get(index).filter(|stage| stage.frequency_hz.is_some());
+        let kind = own.map_or_else(|| "all".to_owned(), |stage| stage.shaper.to_string());
+        let taps = own.map_or_else(String::new, |stage| stage.taps.len().to_string());
+        writeln!(
+            out,
+            "{:>4}{:>16.5}{:>15.6}  {kind:<9}{taps:>5}{:>14.6}{:>16.4}",
+            index + 1,
+            area.nominal_hz(),
+            area.nominal_damping_ratio(),
+            100.0 * nominal,
+            100.0 * worst
+        )?;
+    }
+    Ok(())
 }

@@ -11,13 +11,13 @@ use super::pole::Pole;
 use super::uncertainty::ModeBox;
 
 /// Points of a constraint grid per period of the residual's ripple over frequency.
-const POINTS_PER_RIPPLE: f64 = 16.0;
+const POINTS_PER_RIPPLE: f64 = 6.0;
 /// The fewest intervals of a constraint grid along an edge of frequencies.
-const FEWEST: f64 = 8.0;
+const FEWEST: f64 = 4.0;
 /// How much finer the residual is searched.
 pub(super) const FINER: usize = 10;
 /// Intervals along an edge of damping ratios: the residual hardly bends there.
-const DAMPING_INTERVALS: usize = 2;
+const DAMPING_INTERVALS: usize = 1;
 
 /// One edge: a straight line in frequency and damping ratio, or a single point.
 #[derive(Clone, Copy, Debug)]

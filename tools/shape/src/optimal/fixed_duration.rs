@@ -41,21 +41,22 @@ pub(super) struct Verdict {
 /// Programmes of one duration until the gap is closed; far more than ever needed.
 const ROUNDS: usize = 60;
 /// A gap between what is found and what is proven, relative to it and absolutely, that counts as none.
-const GAP: (f64, f64) = (1e-6, 1e-9);
+const GAP: (f64, f64) = (1e-4, 1e-9);
 /// Taps that the first programme of a search starts with, evenly spaced.
 const FIRST_TAPS: u32 = 60;
+/// Evenly spaced taps of the others, beside those that had weight before.
+const EVEN_TAPS: u32 = 12;
 
 /// Places worth trying, kept from one duration to the next.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Memory {
     /// Taps as fractions of the duration.
     taps: Vec<f64>,
-    poles: Vec<Pole>,
 }
 
 impl Problem {
-    /// Finds the least residual for shapers of `end_tick` ticks: until the answer to "is it at most `tolerance`?" is
-    /// proven, or without a tolerance until nothing is left to gain.
+    /// Finds the least residual for shapers of `end_tick` ticks, until the answer to "is it at most `tolerance`?" is proven,
+    /// or without a tolerance until nothing is left to gain.
     ///
     /// # Errors
     /// [`ShapeError::Solver`].
@@ -69,7 +70,6 @@ impl Problem {
         let mut ticks = self.first_ticks(end_tick, memory);
         let mut poles: Vec<Pole> =
             self.modes.iter().flat_map(|mode| boundary::grid(mode, duration_s)).collect();
-        poles.extend(&memory.poles);
         let mut verdict = Verdict { taps: Vec::new(), worst: f64::INFINITY, bound: 0.0 };
         for _ in 0..ROUNDS {
             let programme = Programme {
@@ -93,7 +93,8 @@ impl Problem {
             if closed || answered {
                 break;
             }
-            let value = poles.iter().map(|pole| self.ringing(&verdict_taps(&ticks, &answer.weights), pole, end_tick));
+            let value =
+                poles.iter().map(|pole| self.ringing(&verdict_taps(&ticks, &answer.weights), pole, end_tick));
             let value = value.fold(0.0, f64::max);
             let more_poles = peaks.iter().filter(|peak| peak.residual > value * (1.0 + 1e-9) + 1e-12);
             let before = (ticks.len(), poles.len());
@@ -176,8 +177,9 @@ impl Problem {
     }
 
     fn first_ticks(&self, end_tick: u32, memory: &Memory) -> Vec<u32> {
-        let mut ticks: Vec<u32> = (0..=FIRST_TAPS)
-            .map(|place| (u64::from(end_tick) * u64::from(place) / u64::from(FIRST_TAPS)) as u32)
+        let even = if memory.taps.is_empty() { FIRST_TAPS } else { EVEN_TAPS };
+        let mut ticks: Vec<u32> = (0..=even)
+            .map(|place| (u64::from(end_tick) * u64::from(place) / u64::from(even)) as u32)
             .collect();
         for fraction in &memory.taps {
             let tick = (fraction * f64::from(end_tick)).round() as u32;

@@ -115,7 +115,8 @@ impl Programme<'_> {
         let all = x.get(1..).unwrap_or_default();
         let (added, subtracted) = all.split_at(taps.min(all.len()));
         let taken = |index: usize| subtracted.get(index).copied().unwrap_or(0.0).max(0.0);
-        let weights = added.iter().enumerate().map(|(index, weight)| weight.max(0.0) - taken(index)).collect();
+        let weights =
+            added.iter().enumerate().map(|(index, weight)| weight.max(0.0) - taken(index)).collect();
         let cones = z.len().saturating_sub(3 * self.poles.len());
         let mut multipliers: Vec<Complex> = z
             .get(cones..)

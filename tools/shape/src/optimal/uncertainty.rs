@@ -1,13 +1,15 @@
 //! Where a mode may be: a box of frequency and damping.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::ShapeError;
 
 /// A mode and the box of frequency and damping ratio that it may be anywhere in.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModeBox {
+    nominal: [f64; 2],
     frequency_hz: [f64; 2],
     damping_ratio: [f64; 2],
-    nominal: [f64; 2],
 }
 
 impl ModeBox {
@@ -67,6 +69,12 @@ impl ModeBox {
             damping_ratio: about(self.damping_ratio, nominal_damping_ratio),
             nominal: self.nominal,
         }
+    }
+
+    /// The box that holds the nominal mode alone.
+    #[must_use]
+    pub fn nominal(&self) -> Self {
+        self.scaled(0.0)
     }
 
     /// Undamped natural frequency of the nominal mode, Hz.

@@ -1,0 +1,68 @@
+//! `shape --optimal`: from the boxes that `identify` wrote to a table that the firmware's core and a board take.
+
+mod support;
+
+use serde_json::Value;
+use support::{accepted, paper_beam, refused, stillbeam};
+
+fn json(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// Two modes as `identify` writes them, the second with a box that is not about its middle.
+const MODES: &str = "{\"schema_version\":1,\"modes\":[\
+    {\"frequency_hz\":{\"value\":1.1,\"stderr\":0.01},\"damping_ratio\":{\"value\":0.0074,\"stderr\":1e-4},\
+     \"uncertainty_box\":{\"frequency_hz\":[1.05,1.12],\"damping_ratio\":[0.006,0.009]}},\
+    {\"frequency_hz\":{\"value\":6.9,\"stderr\":0.01},\"damping_ratio\":{\"value\":0.0033,\"stderr\":1e-4}}]}";
+
+#[test]
+fn the_boxes_of_a_file_are_what_is_solved_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    std::fs::write(path("modes.json"), MODES).unwrap();
+    let (modes, table, report) = (path("modes.json"), path("table.json"), path("table.html"));
+    let printed = accepted(&["shape", "--optimal", "--box", &modes, "--json", &table, "--report", &report]);
+    assert!(printed.contains("2 standard errors") && printed.contains("proof"), "{printed}");
+    let design = json(&std::fs::read_to_string(&table).unwrap());
+    let boxes = &design["optimal"]["modes"];
+    assert_eq!(boxes[0]["frequency_hz"], json("[1.05, 1.12]"));
+    // Without a box in the file, two standard errors either way.
+    assert!((boxes[1]["frequency_hz"][0].as_f64().unwrap() - 6.88).abs() < 1e-9, "{boxes}");
+    assert_eq!(design["stages"].as_array().unwrap().len(), 1);
+    for worst in design["residual"]["worst_over_box"].as_array().unwrap() {
+        assert!(worst.as_f64().unwrap() <= 0.02, "{design}");
+    }
+    // The firmware's integers leave the simulated beam still: its second mode's damping is another.
+    let simulated =
+        accepted(&["simulate", &paper_beam(), "--command", "move 0.05", "--shaper", &table, "--json", "-"]);
+    let vibration = json(&simulated)["percentage_vibration_pct"].as_f64().unwrap();
+    assert!(vibration < 2.2, "{vibration} %");
+    // A board takes it as it is.
+    let uploaded = accepted(&["upload", &table, "--port", "core"]);
+    assert!(uploaded.contains(design["crc32"].as_str().unwrap()), "{uploaded}");
+    refused(
+        &["shape", "--optimal", "--mode", "2,0.01", "--box", &modes],
+        &["2,0.01", "lies in no box", "--mode out"],
+    );
+    let one = accepted(&["shape", "--optimal", "--box", &modes, "--use", "2", "--json", "-"]);
+    assert_eq!(json(&one)["optimal"]["modes"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn negative_weights_are_checked_against_the_machine() {
+    let modes = ["--mode", "1.1,0.0074", "--mode", "6.9,0.0033"];
+    let shape = |extra: &[&str]| stillbeam(&[&["shape", "--optimal"][..], &modes, extra].concat());
+    let (positive, negative) = (shape(&["--json", "-"]), shape(&["--allow-negative", "0.2", "--json", "-"]));
+    let duration = |text: &str| json(text)["duration_s"].as_f64().unwrap();
+    assert!(duration(&negative.out) < duration(&positive.out) - 0.02);
+    assert!(
+        negative.messages.contains("1.4000") && negative.messages.contains("mm/s²"),
+        "{}",
+        negative.messages
+    );
+    let within = ["--allow-negative", "0.2", "--machine-limits", "500,5000", "--command-limits"];
+    assert_eq!(shape(&[&within[..], &["350,3500"]].concat()).code, 0);
+    let beyond = shape(&[&within[..], &["400,3500"]].concat());
+    assert_eq!(beyond.code, 2);
+    assert!(beyond.messages.contains("560.0 mm/s") && beyond.messages.contains("--allow-negative 0.125"));
+}

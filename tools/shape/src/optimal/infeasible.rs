@@ -7,8 +7,9 @@ use crate::error::ShapeError;
 
 /// Steps of the search for the size of the box: it is known to 1/2⁵ of itself.
 const BOX_STEPS: u32 = 5;
-/// How much longer than possible shapers may be when the duration is looked for that is needed.
-const LONGER: u32 = 3;
+/// How much longer than possible shapers may be when the duration is looked for that is needed, and how many periods of the
+/// slowest mode if that is more.
+const LONGER: (u32, f64) = (3, 4.0);
 /// Ticks per period of the fastest mode that are fine enough for advice.
 const TICKS_PER_PERIOD: f64 = 12.0;
 /// Steps into which the longest possible duration is divided for advice.
@@ -57,7 +58,9 @@ impl OptimalRequest {
         let coarser = ((1.0 / (TICKS_PER_PERIOD * fastest_hz * problem.tick_s)) as u32).max(1);
         let coarse = Problem { tick_s: problem.tick_s * f64::from(coarser), ..problem.clone() };
         let possible = longest / coarser + 1;
-        match coarse.shortest(self.aimed_at(), possible.saturating_mul(LONGER), (possible / STEPS).max(1)) {
+        let slowest_hz = self.modes.iter().map(|mode| mode.frequency_hz()[0]).fold(f64::INFINITY, f64::min);
+        let most = possible.saturating_mul(LONGER.0).max((LONGER.1 / (slowest_hz * coarse.tick_s)) as u32);
+        match coarse.shortest(self.aimed_at(), most, (possible / STEPS).max(1)) {
             Ok(Found::Shortest(shortest)) => Some(shortest.end_tick.saturating_mul(coarser)),
             _ => None,
         }

@@ -72,6 +72,10 @@ impl Uniform {
         self.samples.iter().map(|value| value - mean).collect()
     }
 
+    pub(crate) fn duration_s(&self) -> f64 {
+        self.samples.len() as f64 * self.interval_s
+    }
+
     pub(crate) fn bin_hz(&self) -> f64 {
         1.0 / (self.segment as f64 * self.interval_s)
     }
@@ -83,7 +87,7 @@ pub(crate) struct Part {
     pub(crate) pole: Pole,
     pub(crate) half_width_hz: f64,
     /// Integral of its square over the decay, which ranks the modes.
-    energy: f64,
+    pub(crate) energy: f64,
 }
 
 impl Part {
@@ -157,7 +161,12 @@ fn standing_peaks(density: &[f64], largest: f64, uniform: &Uniform, known: &[Par
 }
 
 /// Looks at one peak through the band up to half way to its neighbours.
-fn part_at(whole: &WholeSpectrum, frequency_hz: f64, all: &[f64], uniform: &Uniform) -> Option<Part> {
+pub(crate) fn part_at(
+    whole: &WholeSpectrum,
+    frequency_hz: f64,
+    all: &[f64],
+    uniform: &Uniform,
+) -> Option<Part> {
     let nearest = all
         .iter()
         .map(|other| (other - frequency_hz).abs())
@@ -166,7 +175,7 @@ fn part_at(whole: &WholeSpectrum, frequency_hz: f64, all: &[f64], uniform: &Unif
     let nyquist_hz = 0.5 / uniform.interval_s;
     let half_width_hz =
         (0.45 * nearest).min(0.4 * frequency_hz).min(nyquist_hz - frequency_hz).max(2.0 * uniform.bin_hz());
-    let duration_s = uniform.samples.len() as f64 * uniform.interval_s;
+    let duration_s = uniform.duration_s();
     let first = band_fit(whole, frequency_hz, half_width_hz)?;
     // A light mode in a wide band is a small signal among much else: look again, as closely as it decays.
     let close = (WIDTHS * first.pole.damping_ratio * frequency_hz).max(8.0 / duration_s);
@@ -194,7 +203,7 @@ fn inner(band: &NarrowBand, end: usize, oversample: usize) -> Range<usize> {
 }
 
 /// What the modes found so far leave of the signal.
-fn remainder(signal: &[f64], parts: &[Part], interval_s: f64) -> Vec<f64> {
+pub(crate) fn remainder(signal: &[f64], parts: &[Part], interval_s: f64) -> Vec<f64> {
     let time_s: Vec<f64> = (0..signal.len()).map(|k| k as f64 * interval_s).collect();
     let mut basis = Orthonormal::default();
     for part in parts {

@@ -3,7 +3,8 @@
 use stillbeam_recording::Recording;
 
 use crate::decay_model::{DecayModel, heavily_damped};
-use crate::decay_modes::{Part, Uniform, decay_part, find_parts};
+use crate::decay_modes::{Part, Uniform, decay_part};
+use crate::decay_starts::starting_parts;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
 use crate::forced_model::{MIN_DAMPING, pole, pole_parameters};
@@ -13,6 +14,7 @@ use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
 use crate::noise::{Refined, refine};
+use crate::poles::survey_decay_bands;
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, RecordFit, Rejected,
     SCHEMA_VERSION, UncertaintyBox,
@@ -58,17 +60,28 @@ pub fn identify_free_decay(
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
     let ringing = Ringing::new(recording, options)?;
-    // A knock rings in ways that are over long before the modes are; where nothing stands out from the first sample on,
-    // a later start may be the better one.
+    // A knock rings in ways that are over long before the modes are, and the hammer or the finger may still be there:
+    // the first start from which modes explain what follows is taken, or the one from which they explain most.
     let mut first_refusal = None;
+    let mut tried: Vec<Attempt> = Vec::new();
     for start in ringing.starts(options.start_s) {
         match identify_from(&ringing, start, options) {
             Err(refusal @ (IdentifyError::NoPeaks { .. } | IdentifyError::TooFewPeaks { .. })) => {
                 first_refusal.get_or_insert(refusal);
             }
-            Err(IdentifyError::TooFewSamples { .. }) if first_refusal.is_some() => {}
-            found => return found,
+            Err(IdentifyError::TooFewSamples { .. }) if first_refusal.is_some() || !tried.is_empty() => {}
+            Err(error) => return Err(error),
+            Ok(attempt) => {
+                let enough = attempt.is_explained;
+                tried.push(attempt);
+                if enough {
+                    break;
+                }
+            }
         }
+    }
+    if let Some(found) = best_of(tried) {
+        return Ok(found);
     }
     Err(match first_refusal {
         Some(IdentifyError::NoPeaks { recording, column }) if !ringing.tones.is_empty() => {
@@ -87,15 +100,63 @@ pub fn identify_free_decay(
     })
 }
 
+/// A fit from one start.
+struct Attempt {
+    found: IdentifiedModes,
+    /// Share of the decay that it explains, and whether that is enough.
+    explained: f64,
+    is_explained: bool,
+}
+
+/// The last attempt when it explains the decay, else the one that explains most; what the others found and it did not
+/// is listed.
+fn best_of(mut tried: Vec<Attempt>) -> Option<IdentifiedModes> {
+    let by_share = |a: &usize, b: &usize| tried[*a].explained.total_cmp(&tried[*b].explained);
+    // Of equals the earliest.
+    let best = match tried.last()?.is_explained {
+        true => tried.len() - 1,
+        false => (0..tried.len()).rev().max_by(by_share)?,
+    };
+    let mut found = tried.remove(best).found;
+    let earlier = tried.iter().filter(|attempt| attempt.found.window_s[0] < found.window_s[0]);
+    let mut lost: Vec<Rejected> = Vec::new();
+    for attempt in earlier {
+        for mode in &attempt.found.modes {
+            let hz = mode.frequency_hz.value;
+            let apart = |other: f64| (other / hz - 1.0).abs() > SAME_MODE;
+            let is_new = found.modes.iter().all(|known| apart(known.frequency_hz.value))
+                && lost.iter().all(|known| known.frequency_hz().is_none_or(apart));
+            if is_new {
+                lost.push(Rejected::Pole {
+                    frequency_hz: hz,
+                    damping_ratio: Some(mode.damping_ratio.value),
+                    reason: format!(
+                        "heard from {:.4} s on, where modes explain {:.0} % of what follows: not a free decay yet; from {:.4} s on the fit does without it",
+                        attempt.found.window_s[0],
+                        100.0 * attempt.explained.max(0.0),
+                        found.window_s[0]
+                    ),
+                });
+            }
+        }
+    }
+    found.rejected.extend(lost);
+    Some(found)
+}
+
+/// Modes of two starts this close, as a share of the frequency, are the same.
+const SAME_MODE: f64 = 0.05;
+
 fn identify_from(
     ringing: &Ringing,
     start: usize,
     options: &FreeDecayOptions,
-) -> Result<IdentifiedModes, IdentifyError> {
+) -> Result<Attempt, IdentifyError> {
     let record = ringing.from(start)?;
     let uniform = Uniform::new(&record.time_s, &record.output);
     let mut rejected = Vec::new();
-    let mut parts = lowest_parts(&uniform, options.modes);
+    let survey = survey_decay_bands(&uniform.without_mean(), uniform.interval_s);
+    let mut parts = starting_parts(&uniform, &survey, options.modes);
     parts.retain(|part| {
         let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
         tone.is_none()
@@ -119,7 +180,12 @@ fn identify_from(
             let runs = even_runs(&record.time_s, 0);
             let whitener = Whitener::of(&minimum.point.residuals, runs);
             let refined = refine(&model, &minimum, &range, whitener);
-            return Ok(report(ringing, &record, &minimum, &refined, &parts, &uniform, rejected));
+            let left = refined.residual_rms();
+            return Ok(Attempt {
+                explained: record.explained(left),
+                is_explained: record.is_explained(left),
+                found: report(ringing, &record, &minimum, &refined, &parts, &uniform, rejected),
+            });
         }
         for (mode, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
             let pole = pole(&minimum.parameters, mode);
@@ -137,18 +203,6 @@ fn identify_from(
         let mut index = 0..;
         parts.retain(|_| index.next().is_none_or(|index: usize| kept[index]));
     }
-}
-
-/// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that many.
-fn lowest_parts(uniform: &Uniform, wanted: Option<usize>) -> Vec<Part> {
-    let mut parts = find_parts(uniform, None);
-    let Some(wanted) = wanted else { return parts };
-    if parts.len() < wanted {
-        return find_parts(uniform, Some(wanted));
-    }
-    parts.sort_by(|a, b| a.pole.frequency_hz.total_cmp(&b.pole.frequency_hz));
-    parts.truncate(wanted);
-    parts
 }
 
 /// How much larger the damping of the whole record may be than that of a mode's band alone.

@@ -28,6 +28,7 @@ mod column;
 mod comparison;
 mod decay_model;
 mod decay_modes;
+mod decay_starts;
 mod error;
 mod forced_fit;
 mod forced_model;

@@ -16,6 +16,9 @@ use crate::modal_response::Pole;
 use crate::result::Estimate;
 use crate::separable::{Projected, Separable, fit, fit_covariance};
 
+/// Lines of the unpadded spectrum on either side that tell the noise there.
+const NOISE_LINES: usize = 24;
+
 /// Spectrum of a whole uniform record, padded so that the end does not wrap onto the start.
 pub(crate) struct WholeSpectrum {
     bins: Vec<Complex64>,
@@ -47,6 +50,20 @@ impl WholeSpectrum {
         let power = |k: &usize| self.bins[*k].norm_sqr();
         let strongest = (1..self.bins.len() / 2).max_by(|a, b| power(a).total_cmp(&power(b)))?;
         Some(strongest as f64 * self.bin_hz())
+    }
+
+    /// Variance per sample of white noise that would have the density found around a frequency: the median of the bins,
+    /// which lines do not move.
+    pub(crate) fn noise_variance_near(&self, frequency_hz: f64) -> f64 {
+        let bin = ((frequency_hz / self.bin_hz()).round() as usize).min(self.bins.len() / 2);
+        let reach = (NOISE_LINES * self.bins.len()).div_ceil(self.samples.max(1)).max(bin / 3);
+        let around =
+            &self.bins[bin.saturating_sub(reach).max(1).min(bin)..=(bin + reach).min(self.bins.len() / 2)];
+        let mut powers: Vec<f64> = around.iter().map(Complex64::norm_sqr).collect();
+        let middle = powers.len() / 2;
+        // A power of noise is exponentially distributed: its median is ln 2 of its mean.
+        *powers.select_nth_unstable_by(middle, f64::total_cmp).1
+            / (std::f64::consts::LN_2 * self.samples.max(1) as f64)
     }
 
     fn bin_hz(&self) -> f64 {

@@ -110,6 +110,12 @@ impl UncertaintyBox {
 }
 
 impl IdentifiedMode {
+    /// Energy of its free decay from the amplitude given, the square of the output's unit times s: what ranks modes.
+    pub fn energy(&self) -> f64 {
+        let decay_per_s = std::f64::consts::TAU * self.frequency_hz.value * self.damping_ratio.value;
+        self.amplitude.value.powi(2) / (4.0 * decay_per_s)
+    }
+
     /// Widens the box to hold another one, of the same mode in another recording.
     #[must_use]
     pub fn with_box_over(mut self, other: &UncertaintyBox) -> Self {
@@ -321,6 +327,16 @@ pub enum Rejected {
         /// Why they were left out.
         reason: String,
     },
+}
+
+impl Rejected {
+    /// The frequency of a pole, Hz.
+    pub(crate) fn frequency_hz(&self) -> Option<f64> {
+        match self {
+            Self::Pole { frequency_hz, .. } => Some(*frequency_hz),
+            Self::Samples { .. } => None,
+        }
+    }
 }
 
 /// What belongs to one of the recordings that were fitted together.

@@ -29,10 +29,16 @@ pub(crate) struct DecayRecord {
     pub(crate) time_s: Vec<f64>,
     pub(crate) output: Vec<f64>,
     pub(crate) origin_s: f64,
+    /// Mean square of what is left after the decay, where the record goes on for long enough.
+    noise_power: Option<f64>,
 }
 
 /// Shares of the largest deflection from which the decay is tried, one after the other.
-const STARTS: [f64; 3] = [0.3, 0.1, 0.03];
+const STARTS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+/// Share of a decay's energy that its modes explain when it is one, and how many times the noise they may leave
+/// where that is less.
+const ENOUGH: f64 = 0.9;
+const NEAR_NOISE: f64 = 2.0;
 /// Blocks that a record is cut into to see where it is quiet.
 const BLOCKS: usize = 200;
 /// Blocks whose rms is below this many times that of the quietest tenth hold noise.
@@ -113,7 +119,9 @@ impl<'r> Ringing<'r> {
             return Err(self.too_short(rows));
         }
         let origin_s = self.time_s[start];
+        let noise_power = (end < self.values.len()).then(|| mean_square(&self.values[end..]));
         Ok(DecayRecord {
+            noise_power,
             name: self.recording.name.clone(),
             column: self.column.clone(),
             time_s: self.time_s[start..end].iter().map(|t| t - origin_s).collect(),
@@ -134,7 +142,27 @@ impl<'r> Ringing<'r> {
     }
 }
 
+fn mean_square(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count
+}
+
 impl DecayRecord {
+    /// Whether a fit that leaves this much explains the decay: nearly all of it, or down to what noise may leave.
+    pub(crate) fn is_explained(&self, residual_rms: f64) -> bool {
+        self.explained(residual_rms) > ENOUGH
+            || self.noise_power.is_some_and(|noise| residual_rms < NEAR_NOISE * noise.sqrt())
+    }
+
+    /// The share of the decay's energy, less what noise after it would have, that a fit explains.
+    pub(crate) fn explained(&self, residual_rms: f64) -> f64 {
+        let noise = self.noise_power.unwrap_or(0.0);
+        let signal = mean_square(&self.output) - noise;
+        let left = (residual_rms.powi(2) - noise).max(0.0);
+        if signal > 0.0 { 1.0 - left / signal } else { 0.0 }
+    }
+
     pub(crate) fn duration_s(&self) -> f64 {
         self.time_s.last().copied().unwrap_or(0.0)
     }

@@ -27,7 +27,7 @@ pub use local::local_rational_poles;
 pub use peak_picking::peak_picking;
 pub use realisation::eigensystem_realisation;
 pub use stabilisation::{ChartPole, OrderPoles, PoleVerdict, StabilisationChart, Tolerances};
-pub use survey::{Survey, survey_decay, survey_decay_of, survey_forced};
+pub use survey::{Survey, survey_decay, survey_decay_bands, survey_decay_of, survey_forced};
 
 use std::f64::consts::TAU;
 

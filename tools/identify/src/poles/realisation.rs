@@ -11,7 +11,7 @@ use super::ContinuousPole;
 use super::polynomial::eigenvalues;
 
 /// Rows of the Hankel matrix at most: the cube of it is the cost.
-const MAX_ROWS: usize = 240;
+const MAX_ROWS: usize = 160;
 
 /// The left singular vectors of a decay's Hankel matrix, from which every order is read off.
 pub(super) struct Realisation {
@@ -70,7 +70,7 @@ impl Realisation {
 /// Poles of a free decay, without its constant part, by eigensystem realisation of the given order, two per
 /// mode.
 ///
-/// The decay should be sampled no faster than ten times its highest frequency or so: the matrix has at most 240
+/// The decay should be sampled no faster than ten times its highest frequency or so: the matrix has at most 160
 /// rows, and modes that barely turn within them cannot be told from a trend.
 pub fn eigensystem_realisation(decay: &[f64], interval_s: f64, order: usize) -> Vec<ContinuousPole> {
     Realisation::new(decay, interval_s).map(|realised| realised.poles(order)).unwrap_or_default()

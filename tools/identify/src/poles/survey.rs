@@ -32,7 +32,7 @@ const SHORTEST: usize = 64;
 const SAMPLES_PER_PERIOD: f64 = 5.0;
 
 /// What the methods see in a record.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Survey {
     /// Frequency responses: H1, H2, Hv, local polynomial, local rational; none of a free decay.
     pub frf: Vec<FrfEstimate>,
@@ -75,10 +75,46 @@ pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Surve
     Survey { frf: frf.into_iter().flatten().collect(), charts, modes }
 }
 
+/// Bands, from half the sampling rate down, that a decay of unknown modes is surveyed in, and their width as a ratio.
+const BANDS: usize = 6;
+const BAND_RATIO: f64 = 5.0;
+/// The next band ends at this share of the one before: they overlap a little.
+const NEXT_BAND: f64 = 0.25;
+/// Share of half the sampling rate that the highest band reaches.
+const HIGHEST: f64 = 0.95;
+/// Periods of its highest frequency that a band's decay must have.
+const PERIODS: f64 = 12.0;
+
+/// Runs the methods for free decays on an evenly sampled one of which nothing is known, band by band: a realisation
+/// sees well over no more than a decade.
+pub fn survey_decay_bands(decay: &[f64], interval_s: f64) -> Survey {
+    let duration_s = decay.len() as f64 * interval_s;
+    let mut survey = Survey::default();
+    let mut highest_hz = HIGHEST * 0.5 / interval_s;
+    for band in 0..BANDS {
+        let next_hz = NEXT_BAND * highest_hz;
+        let is_last = band + 1 == BANDS || next_hz * duration_s < PERIODS;
+        let lowest_hz = if is_last { 1.0 / duration_s } else { highest_hz / BAND_RATIO };
+        let mut found = survey_decay_within(decay, interval_s, [lowest_hz, highest_hz]);
+        // Where two bands overlap the lower one has the better view.
+        survey.modes.retain(|mode| mode.frequency_hz > highest_hz);
+        survey.modes.append(&mut found.modes);
+        survey.charts.append(&mut found.charts);
+        if is_last {
+            break;
+        }
+        highest_hz = next_hz;
+    }
+    survey
+}
+
 /// Runs the methods for free decays on an evenly sampled one; `highest_hz` is the highest frequency of interest.
 pub fn survey_decay(decay: &[f64], interval_s: f64, highest_hz: f64) -> Survey {
-    let (sequence, interval_s) = resampled(decay, interval_s, highest_hz);
-    let band_hz = [1.0 / (sequence.len().max(1) as f64 * interval_s), highest_hz];
+    survey_decay_within(decay, interval_s, [1.0 / (decay.len().max(1) as f64 * interval_s), highest_hz])
+}
+
+fn survey_decay_within(decay: &[f64], interval_s: f64, band_hz: [f64; 2]) -> Survey {
+    let (sequence, interval_s) = resampled(decay, interval_s, band_hz[1]);
     let tolerances = Tolerances::default();
     let exponential: Vec<OrderPoles> = ORDERS
         .map(|order| OrderPoles { order, poles: complex_exponential(&sequence, interval_s, order) })

@@ -211,12 +211,26 @@ fn stretch(
     }
     let power = contribution.iter().map(|y| y * y).sum::<f64>() / contribution.len() as f64;
     let ends = [records[0].time_s.first()?, records[0].time_s.last()?];
+    // Far from its resonance a mode follows the input, and what it does there hardly depends on its pole.
+    let heard_hz = crossing_rate_hz(&contribution, ends[1] - ends[0]);
+    if (heard_hz / here.frequency_hz - 1.0).abs() > AT_RESONANCE.max(2.0 * here.damping_ratio) {
+        return None;
+    }
     Some(AmplitudePoint {
         amplitude: (2.0 * power).sqrt(),
         window_s: ends.map(|t| t + records[0].origin_s),
         frequency_hz: Estimate { value: here.frequency_hz, stderr: here.frequency_hz * stderr(0) },
         damping_ratio: Estimate { value: here.damping_ratio, stderr: here.damping_ratio * stderr(1) },
     })
+}
+
+/// Share of its frequency within which a mode must be heard.
+const AT_RESONANCE: f64 = 0.25;
+
+/// Half the rate at which a signal changes its sign, Hz: the frequency of what dominates it.
+fn crossing_rate_hz(signal: &[f64], duration_s: f64) -> f64 {
+    let crossings = signal.windows(2).filter(|pair| (pair[0] < 0.0) != (pair[1] < 0.0)).count();
+    0.5 * crossings as f64 / duration_s
 }
 
 /// One mode free, everything else held.

@@ -39,6 +39,9 @@ pub struct ForcedOptions {
     /// Lets the output come later than the input by at most plus and minus this many seconds, where the record calls
     /// for a delay; 0 allows none. That much is left out at either end of the record.
     pub max_delay_s: f64,
+    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
+    /// time. Large statistical studies may do without.
+    pub cross_checks: bool,
 }
 
 impl ForcedOptions {
@@ -52,6 +55,7 @@ impl ForcedOptions {
             output_quantity: None,
             interpolation: InputInterpolation::default(),
             max_delay_s: 0.0,
+            cross_checks: true,
         }
     }
 
@@ -117,7 +121,7 @@ pub fn identify_forced_together(
         .collect::<Result<_, _>>()?;
     let starts = Starts::new(&records);
     let chosen = choose(&records, &starts, options)?;
-    Ok(report(&chosen, &starts))
+    Ok(report(&chosen, &starts, options.cross_checks))
 }
 
 /// Refuses numbers of modes that make no sense.

@@ -11,18 +11,20 @@ use crate::levenberg_marquardt::Minimum;
 use crate::modal_response::Pole;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
+use crate::poles::{Survey, survey_forced};
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, NoiseModel,
     RecordFit, SCHEMA_VERSION, UncertaintyBox,
 };
+use crate::second_opinions::{Opinions, replica};
 use crate::separable::Projected;
 use crate::tall::dot;
 use crate::tones::find_tones;
-use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::warnings::{Quantity, Warning, WarningKind, merged};
 use crate::whitening::{Whitener, even_runs};
 
 /// Turns a chosen model into the result.
-pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
+pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -> IdentifiedModes {
     let model = &chosen.model;
     let runs = model.rows().flat_map(|(rows, record)| even_runs(&record.time_s, rows.start)).collect();
     let whitener = Whitener::of(&chosen.minimum.point.residuals, runs);
@@ -35,12 +37,17 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
     let mut modes: Vec<IdentifiedMode> =
         (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    let opinions = opinions(model, &refined, starts, cross_checks);
+    for mode in modes.iter_mut().filter(|_| cross_checks) {
+        mode.cross_checks.extend(opinions.of(mode));
+    }
     let nyquist_hz = starts.spectral.iter().map(Spectral::nyquist_hz).fold(0.0, f64::max);
     for mode in &modes {
         warnings.extend(mode_warnings(mode, model.records, starts));
         warnings.extend(mode.own_warnings(nyquist_hz));
     }
     let mut rejected = chosen.rejected.clone();
+    rejected.extend(opinions.rejected(&modes));
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
     for (rows, record) in model.rows() {
         // What the input explains is gone from the residuals; lines that are left are driven by something else.
@@ -75,6 +82,8 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
         input: Some(first.input_column.clone()),
         output: first.output_column.clone(),
         modes,
+        second_opinions: opinions.record.modes.clone(),
+        survey: opinions.record,
         frf: starts.spectral.first().map(|spectral| spectral.frf.clone()),
         spectrum: None,
         offset: coefficient(model.offset_index(0)),
@@ -89,13 +98,26 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts) -> IdentifiedModes {
         model_choice: chosen.steps.clone(),
         rejected,
         stop_reason: chosen.minimum.stop_reason,
-        warnings,
+        warnings: merged(warnings),
         fit: FitTrace {
             time_s: first.time_s.iter().map(|t| t + first.origin_s).collect(),
             measured: first.output.clone(),
             fitted,
         },
     }
+}
+
+/// What the classical methods see in the first record.
+fn opinions(model: &ForcedModel<'_>, refined: &Refined, starts: &Starts, with_replica: bool) -> Opinions {
+    let first = model.rows().zip(&starts.spectral).zip(&starts.surveys).next();
+    let Some((((rows, record), spectral), survey)) = first else {
+        return Opinions { record: Survey::default(), replica: Survey::default() };
+    };
+    let again = with_replica.then(|| {
+        let output = replica(&record.output, &refined.residuals[rows]);
+        survey_forced(&spectral.with_output(&record.time_s, &output), None)
+    });
+    Opinions { record: survey.clone(), replica: again.unwrap_or_default() }
 }
 
 fn record_fit(

@@ -2,10 +2,12 @@
 //! scan of the time-domain sum of squares.
 
 use crate::column::Column;
-use crate::forced_model::{ForcedModel, pole};
+use crate::forced_model::{ForcedModel, MAX_DAMPING, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
+use crate::frf::UniformRecord;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::Pole;
+use crate::poles::{MethodMode, Survey, survey_forced};
 use crate::result::{CrossCheck, Estimate, Frf};
 use crate::signal_checks::sweep_rate_at;
 use crate::spectra::{CrossSpectra, Window, peaks};
@@ -14,8 +16,7 @@ use crate::tall::{Orthonormal, dot};
 /// The record on a uniform grid at the output's rate, and its spectra.
 pub(crate) struct Spectral {
     grid_s: Vec<f64>,
-    input: Vec<f64>,
-    interval_s: f64,
+    pub(crate) record: UniformRecord,
     segment: usize,
     spectra: CrossSpectra,
     pub(crate) frf: Frf,
@@ -47,12 +48,13 @@ impl Spectral {
         let output = resample(&record.time_s, &record.output, &grid_s);
         let segment = (count / SEGMENTS).max(8);
         let spectra = CrossSpectra::welch(&input, &output, interval_s, segment, Window::Hamming);
-        let frf = spectra.frf();
-        Self { grid_s, input, interval_s, segment, spectra, frf }
+        let frf = spectra.clone().frf();
+        let record = UniformRecord { input, output, interval_s };
+        Self { grid_s, record, segment, spectra, frf }
     }
 
     pub(crate) fn nyquist_hz(&self) -> f64 {
-        0.5 / self.interval_s
+        0.5 / self.record.interval_s
     }
 
     /// Lowest and highest frequency at which the input's density, of itself or of its acceleration-like
@@ -71,12 +73,17 @@ impl Spectral {
         [(band[0] - bin).max(0.0), band[1] + bin]
     }
 
+    /// The record with another output on its grid, given at the record's own stamps.
+    pub(crate) fn with_output(&self, time_s: &[f64], output: &[f64]) -> UniformRecord {
+        UniformRecord { output: resample(time_s, output, &self.grid_s), ..self.record.clone() }
+    }
+
     pub(crate) fn sweep_rate_at(&self, frequency_hz: f64) -> Option<f64> {
-        sweep_rate_at(&self.grid_s, &self.input, frequency_hz)
+        sweep_rate_at(&self.grid_s, &self.record.input, frequency_hz)
     }
 
     fn bin_hz(&self) -> f64 {
-        1.0 / (self.segment as f64 * self.interval_s)
+        1.0 / (self.segment as f64 * self.record.interval_s)
     }
 
     /// Frequency and damping by the half-power points of the averaged response, with the resolution of the
@@ -123,6 +130,8 @@ const SCAN_ROWS: usize = 8192;
 /// What the search for further modes needs of the records, beside the model.
 pub(crate) struct Starts {
     pub(crate) spectral: Vec<Spectral>,
+    /// What the classical methods see in each record.
+    pub(crate) surveys: Vec<Survey>,
     /// The records with every `stride`-th row only.
     thinned: Vec<ForcedRecord>,
     stride: usize,
@@ -132,15 +141,23 @@ impl Starts {
     pub(crate) fn new(records: &[ForcedRecord]) -> Self {
         let rows: usize = records.iter().map(|record| record.time_s.len()).sum();
         let stride = rows.div_ceil(SCAN_ROWS).max(1);
+        let spectral: Vec<Spectral> = records.iter().map(Spectral::new).collect();
         Self {
-            spectral: records.iter().map(Spectral::new).collect(),
+            surveys: spectral.iter().map(|spectral| survey_forced(&spectral.record, None)).collect(),
+            spectral,
             thinned: records.iter().map(|record| record.thinned(stride)).collect(),
             stride,
         }
     }
 
-    /// Two starting poles for one more mode: the best of the scan, and the same with the best other damping.
-    pub(crate) fn start_mode(&self, model: &ForcedModel, parameters: &[f64], residuals: &[f64]) -> Vec<Pole> {
+    /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods' modes and
+    /// the scan's frequency with other dampings.
+    pub(crate) fn start_mode(
+        &self,
+        model: &ForcedModel,
+        parameters: &[f64],
+        residuals: &[f64],
+    ) -> Vec<Start> {
         let delay_s = model.delay_s(parameters);
         let thin = ForcedModel { records: &self.thinned, ..*model };
         // The span of what is fitted already.
@@ -166,9 +183,9 @@ impl Starts {
             own.remove_from(&mut left);
             dot(&left, &left)
         };
-        let best_of = |poles: Vec<Pole>| {
-            let sums = poles.into_iter().map(|pole| (sum_with(pole), pole));
-            sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pole)| pole)
+        let best_of = |starts: Vec<Start>| {
+            let sums = starts.into_iter().map(|start| (sum_with(start.pole), start));
+            sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
         };
         let mut frequencies = Vec::new();
         for ((rows, record), spectral) in model.rows().zip(&self.spectral) {
@@ -176,14 +193,37 @@ impl Starts {
                 frequencies.extend(around(spectral.spectra.frequency_hz[bin], record, spectral));
             }
         }
-        let scan = frequencies.into_iter();
-        let scan = scan.map(|frequency_hz| Pole { frequency_hz, damping_ratio: SCAN_DAMPING });
-        let Some(first) = best_of(scan.collect()) else {
+        let scanned = |frequency_hz: f64, damping_ratio: f64| Start {
+            pole: Pole { frequency_hz, damping_ratio },
+            from: "a scan of the record",
+        };
+        let Some(first) = best_of(frequencies.into_iter().map(|hz| scanned(hz, SCAN_DAMPING)).collect())
+        else {
             return Vec::new();
         };
-        let others = START_DAMPINGS.map(|damping_ratio| Pole { damping_ratio, ..first });
-        std::iter::once(first).chain(best_of(others.to_vec())).collect()
+        let mut others: Vec<Start> =
+            START_DAMPINGS.map(|damping_ratio| scanned(first.pole.frequency_hz, damping_ratio)).to_vec();
+        others.extend(self.seen_by_methods());
+        std::iter::once(first).chain(best_of(others)).collect()
     }
+
+    /// The classical methods' modes, as starts.
+    fn seen_by_methods(&self) -> impl Iterator<Item = Start> {
+        let is_start = |mode: &&MethodMode| {
+            (MIN_DAMPING..MAX_DAMPING).contains(&mode.damping_ratio) && mode.frequency_hz > 0.0
+        };
+        self.surveys.iter().flat_map(|survey| &survey.modes).filter(is_start).map(|mode| Start {
+            pole: Pole { frequency_hz: mode.frequency_hz, damping_ratio: mode.damping_ratio },
+            from: mode.method.words(),
+        })
+    }
+}
+
+/// Where a further mode may be, and who says so.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start {
+    pub(crate) pole: Pole,
+    pub(crate) from: &'static str,
 }
 
 /// Frequencies to try around a peak of the spectrum, as dense as the scan's damping asks for.
@@ -199,8 +239,13 @@ fn around(centre_hz: f64, record: &ForcedRecord, spectral: &Spectral) -> impl It
 /// Bins at which the residual responds most to the input: by response and by coherent output.
 fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<usize> {
     let output = resample(&record.time_s, residuals, &spectral.grid_s);
-    let spectra =
-        CrossSpectra::welch(&spectral.input, &output, spectral.interval_s, spectral.segment, Window::Hamming);
+    let spectra = CrossSpectra::welch(
+        &spectral.record.input,
+        &output,
+        spectral.record.interval_s,
+        spectral.segment,
+        Window::Hamming,
+    );
     let top = spectra.input.iter().fold(0.0_f64, |top, value| top.max(*value));
     let rank = |exponent: f64| {
         let values: Vec<f64> = spectra

@@ -14,14 +14,15 @@ use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::Pole;
 use crate::narrow_band::WholeSpectrum;
 use crate::noise::{Refined, refine};
-use crate::poles::survey_decay_bands;
+use crate::poles::{Survey, survey_decay_again, survey_decay_bands};
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, RecordFit, Rejected,
     SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::ringing::{DecayRecord, Ringing};
+use crate::second_opinions::{Opinions, replica};
 use crate::separable::{Projected, fit, fit_covariance};
-use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::warnings::{Quantity, Warning, WarningKind, merged};
 use crate::whitening::{Whitener, even_runs};
 
 /// Choices of [`identify_free_decay`].
@@ -34,12 +35,15 @@ pub struct FreeDecayOptions {
     pub modes: Option<usize>,
     /// Where the free decay begins, s in the recording's time; `None` takes the largest deflection.
     pub start_s: Option<f64>,
+    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
+    /// time. Large statistical studies may do without.
+    pub cross_checks: bool,
 }
 
 impl FreeDecayOptions {
     /// The usual choices for an output column.
     pub fn new(output: impl Into<String>) -> Self {
-        Self { output: output.into(), modes: None, start_s: None }
+        Self { output: output.into(), modes: None, start_s: None, cross_checks: true }
     }
 
     /// The same with a number of modes.
@@ -184,7 +188,15 @@ fn identify_from(
             return Ok(Attempt {
                 explained: record.explained(left),
                 is_explained: record.is_explained(left),
-                found: report(ringing, &record, &minimum, &refined, &parts, &uniform, rejected),
+                found: report(
+                    ringing,
+                    &record,
+                    &minimum,
+                    &refined,
+                    (&parts, survey),
+                    &uniform,
+                    (options, rejected),
+                ),
             });
         }
         for (mode, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
@@ -266,9 +278,9 @@ fn report(
     record: &DecayRecord,
     minimum: &Minimum<Projected>,
     refined: &Refined,
-    parts: &[Part],
+    (parts, survey): (&[Part], Survey),
     uniform: &Uniform,
-    mut rejected: Vec<Rejected>,
+    (options, mut rejected): (&FreeDecayOptions, Vec<Rejected>),
 ) -> IdentifiedModes {
     let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
     let mut warnings = ringing.warnings.clone();
@@ -287,9 +299,18 @@ fn report(
         })
         .collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
-    for mode in &modes {
+    let again = match options.cross_checks {
+        true => survey_of_replica(record, refined, &survey, &modes),
+        false => Survey::default(),
+    };
+    let opinions = Opinions { record: survey, replica: again };
+    for mode in &mut modes {
+        let checks = if options.cross_checks { opinions.of(mode) } else { Vec::new() };
+        warnings.extend(checks.iter().flat_map(|check| disagreement(mode, check)));
+        mode.cross_checks.extend(checks);
         warnings.extend(mode.own_warnings(0.5 / uniform.interval_s));
     }
+    rejected.extend(opinions.rejected(&modes));
     warnings.extend(fit_warnings(minimum, refined.covariance.is_some()));
 
     let n = record.time_s.len();
@@ -307,6 +328,8 @@ fn report(
         input: None,
         output: record.column.clone(),
         modes,
+        second_opinions: opinions.record.modes.clone(),
+        survey: opinions.record,
         frf: None,
         spectrum: Some(uniform.spectrum.clone()),
         offset,
@@ -325,13 +348,25 @@ fn report(
         residual_rms: refined.residual_rms(),
         window_s,
         stop_reason: minimum.stop_reason,
-        warnings,
+        warnings: merged(warnings),
         fit: FitTrace {
             fitted: record.output.iter().zip(&refined.residuals).map(|(y, r)| y - r).collect(),
             measured: record.output.clone(),
             time_s,
         },
     }
+}
+
+/// What the classical methods see where the fitted modes are exactly true.
+fn survey_of_replica(
+    record: &DecayRecord,
+    refined: &Refined,
+    survey: &Survey,
+    modes: &[IdentifiedMode],
+) -> Survey {
+    let again = Uniform::new(&record.time_s, &replica(&record.output, &refined.residuals));
+    let modes_hz: Vec<f64> = modes.iter().map(|mode| mode.frequency_hz.value).collect();
+    survey_decay_again(&again.without_mean(), again.interval_s, survey, &modes_hz)
 }
 
 /// One mode, its second opinions, its course over amplitude, and what its length and its changes call for saying.

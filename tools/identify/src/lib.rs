@@ -49,6 +49,7 @@ pub mod poles;
 mod result;
 mod ringing;
 mod robust_covariance;
+mod second_opinions;
 mod separable;
 mod signal_checks;
 mod spectra;
@@ -71,6 +72,6 @@ pub use modal_response::{InputKind, OutputQuantity};
 pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
 pub use result::{
     CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict,
-    Method, ModelStep, NoiseModel, RecordFit, Rejected, SCHEMA_VERSION, Spectrum, UncertaintyBox,
+    Method, ModelStep, NoiseModel, RecordFit, Rejected, Response, SCHEMA_VERSION, Spectrum, UncertaintyBox,
 };
 pub use warnings::{Quantity, Warning, WarningKind};

@@ -105,14 +105,15 @@ impl Chosen<'_> {
         let wider = ForcedModel { modes: self.model.modes + 1, ..self.model };
         let tried = starts.start_mode(&self.model, &self.minimum.parameters, &self.minimum.point.residuals);
         let fits = tried.into_iter().filter_map(|start| {
-            let poles: Vec<Pole> = known.iter().copied().chain([start]).collect();
-            fit(&wider, &wider.parameters(&poles, delay_s))
+            let poles: Vec<Pole> = known.iter().copied().chain([start.pole]).collect();
+            Some((fit(&wider, &wider.parameters(&poles, delay_s))?, start.from))
         });
-        let Some(found) = fits.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares)) else {
+        let best = fits.min_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
+        let Some((found, from)) = best else {
             return false;
         };
         let new = pole(&found.parameters, self.model.modes);
-        let what = format!("mode {} at {:.4} Hz", wider.modes, new.frequency_hz);
+        let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
         let refusal = not_sensible(&wider, &found, starts);
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());

@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
 use crate::modes_file::BOX_STANDARD_ERRORS;
+use crate::poles::{MethodMode, Survey};
 use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Version of the JSON shape.
@@ -52,10 +53,11 @@ pub enum Method {
     DampedSinusoids,
 }
 
-/// A second opinion on a mode.
+/// A second opinion on a mode. The standard error of a classical method is its scatter together with the error that it
+/// makes on a record of exactly the fitted modes and noise like this one's; infinite where it does not find the mode there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CrossCheck {
-    /// `frf_half_power`, `logarithmic_decrement`, `early_decay` or `late_decay`.
+    /// `frf_half_power`, `logarithmic_decrement`, `early_decay`, `late_decay`, or a [`PoleMethod`](crate::poles::PoleMethod).
     pub method: String,
     /// Natural frequency, Hz.
     pub frequency_hz: Option<Estimate>,
@@ -174,19 +176,40 @@ impl IdentifiedMode {
     }
 }
 
-/// Frequency response output/input (H1, Hamming window, averaged segments), as recorded: no scaling, no
-/// model. Unit: output unit per input unit.
+/// A complex curve over the frequencies beside it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Frf {
-    /// Frequencies, Hz.
-    pub frequency_hz: Vec<f64>,
+pub struct Response {
     /// Real part.
     pub real: Vec<f64>,
     /// Imaginary part.
     pub imag: Vec<f64>,
+}
+
+/// Frequency response output/input (Hamming window, averaged segments), as recorded: no scaling, no model. Unit: output
+/// unit per input unit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Frf {
+    /// Frequencies, Hz.
+    pub frequency_hz: Vec<f64>,
+    /// Real part of H1, unbiased where the noise is on the output.
+    pub real: Vec<f64>,
+    /// Imaginary part of H1.
+    pub imag: Vec<f64>,
+    /// H2, unbiased where the noise is on the input.
+    #[serde(default)]
+    pub h2: Response,
+    /// Hv, between the two: noise on either side.
+    #[serde(default)]
+    pub hv: Response,
     /// Ordinary coherence, 0 to 1. A lightly damped mode that rings for longer than a segment lowers it
     /// even without noise.
     pub coherence: Vec<f64>,
+    /// Power spectral density of the input, its unit squared per Hz.
+    #[serde(default)]
+    pub input_density: Vec<f64>,
+    /// Power spectral density of the output, its unit squared per Hz.
+    #[serde(default)]
+    pub output_density: Vec<f64>,
 }
 
 /// Power spectral density of a free decay's output (averaged segments).
@@ -378,6 +401,10 @@ pub struct IdentifiedModes {
     pub output: String,
     /// Modes by rising frequency.
     pub modes: Vec<IdentifiedMode>,
+    /// The modes as the classical methods see them, those included that the fit does not have; of the first recording,
+    /// where there are several.
+    #[serde(default)]
+    pub second_opinions: Vec<MethodMode>,
     /// Frequency response of a forced record.
     pub frf: Option<Frf>,
     /// Spectrum of a free decay.
@@ -416,4 +443,7 @@ pub struct IdentifiedModes {
     /// Measured and fitted output (of the first recording, where there are several); not part of the JSON.
     #[serde(skip)]
     pub fit: FitTrace,
+    /// Responses and stabilisation charts of the classical methods, for plots; not part of the JSON.
+    #[serde(skip)]
+    pub survey: Survey,
 }

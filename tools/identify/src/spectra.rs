@@ -7,7 +7,8 @@ use std::f64::consts::TAU;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
-use crate::result::{Frf, Spectrum};
+use crate::frf::{AveragedSpectra, FrfEstimate};
+use crate::result::{Frf, Response, Spectrum};
 
 /// Shape of the segments' window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,6 +30,7 @@ impl Window {
 }
 
 /// Averaged auto- and cross-spectra of two uniformly sampled signals.
+#[derive(Clone)]
 pub(crate) struct CrossSpectra {
     pub(crate) frequency_hz: Vec<f64>,
     /// Density of the input.
@@ -85,25 +87,23 @@ impl CrossSpectra {
         spectra
     }
 
-    /// H1 = cross / input.
-    pub(crate) fn frf(&self) -> Frf {
-        let h: Vec<Complex64> = self
-            .cross
-            .iter()
-            .zip(&self.input)
-            .map(|(cross, input)| if *input > 0.0 { cross / input } else { Complex64::new(0.0, 0.0) })
-            .collect();
-        let coherence = self.cross.iter().zip(self.input.iter().zip(&self.output));
+    /// The responses H1, H2 and Hv with their coherence and densities.
+    pub(crate) fn frf(self) -> Frf {
+        let averaged = AveragedSpectra::from(self);
+        let parts = |estimate: FrfEstimate| Response {
+            real: estimate.response.iter().map(|value| value.re).collect(),
+            imag: estimate.response.iter().map(|value| value.im).collect(),
+        };
+        let Response { real, imag } = parts(averaged.h1());
         Frf {
-            frequency_hz: self.frequency_hz.clone(),
-            real: h.iter().map(|h| h.re).collect(),
-            imag: h.iter().map(|h| h.im).collect(),
-            coherence: coherence
-                .map(|(cross, (x, y))| {
-                    let power = x * y;
-                    if power > 0.0 { (cross.norm_sqr() / power).min(1.0) } else { 0.0 }
-                })
-                .collect(),
+            real,
+            imag,
+            h2: parts(averaged.h2()),
+            hv: parts(averaged.hv()),
+            coherence: averaged.coherence(),
+            frequency_hz: averaged.frequency_hz,
+            input_density: averaged.input,
+            output_density: averaged.output,
         }
     }
 }

@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use stillbeam_identify::frf::UniformRecord;
-use stillbeam_identify::poles::{Survey, survey_decay_of, survey_forced};
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputQuantity,
     identify_forced, identify_forced_together, identify_free_decay,
@@ -114,13 +112,7 @@ impl IdentifyArgs {
             }
         }
         if let Some(file) = &self.report {
-            let surveys: Vec<Survey> = recordings
-                .iter()
-                .zip(&results)
-                .map(|(recording, result)| survey(recording, result))
-                .collect::<Result<_, _>>()?;
-            let alone = results.iter().zip(surveys.iter().map(Some));
-            let pages: Vec<_> = together.iter().map(|all| (all, None)).chain(alone).collect();
+            let pages: Vec<&IdentifiedModes> = together.iter().chain(&results).collect();
             streams.write_text(file, &identify_page(&pages))?;
         }
         match (&self.model_out, together.as_ref().or(results.first())) {
@@ -186,15 +178,6 @@ impl IdentifyArgs {
         };
         Ok(identified)
     }
-}
-
-/// What the classical methods see in a recording that was identified.
-fn survey(recording: &Recording, result: &IdentifiedModes) -> Result<Survey, CliError> {
-    let highest_hz = result.modes.iter().map(|mode| mode.frequency_hz.value).fold(0.0, f64::max);
-    Ok(match &result.input {
-        Some(input) => survey_forced(&UniformRecord::from_recording(recording, input, &result.output)?, None),
-        None => survey_decay_of(recording, &result.output, result.window_s, 1.3 * highest_hz)?,
-    })
 }
 
 /// What an input column is, where its unit does not say.

@@ -1,7 +1,6 @@
 //! The report of `identify`.
 
 use maud::{Markup, html};
-use stillbeam_identify::poles::Survey;
 use stillbeam_identify::{Estimate, IdentifiedModes};
 
 use super::page::{figure, page, warnings};
@@ -11,11 +10,11 @@ use super::{by_amplitude, choice, frequency_response, second_opinions};
 /// Periods of the slowest mode in the close view.
 const SHOWN_PERIODS: f64 = 12.0;
 
-/// The page for one or more results, with what the classical methods see in a recording.
-pub fn identify_page(results: &[(&IdentifiedModes, Option<&Survey>)]) -> String {
+/// The page for one or more results, with what the classical methods see.
+pub fn identify_page(results: &[&IdentifiedModes]) -> String {
     let body = html! {
         h1 { "Identified modes" }
-        @for (modes, survey) in results {
+        @for modes in results {
             h2 { (modes.recording) }
             p {
                 @match &modes.input {
@@ -31,7 +30,7 @@ pub fn identify_page(results: &[(&IdentifiedModes, Option<&Survey>)]) -> String 
             @for chart in charts(modes) { (figure(&chart, "")) }
             @for (chart, caption) in by_amplitude::charts(modes) { (figure(&chart, &caption)) }
             (choice::section(modes))
-            @if let Some(survey) = survey { (second_opinions::section(survey)) }
+            (second_opinions::section(&modes.survey))
         }
     };
     page("Identified modes", &body)

@@ -1,7 +1,7 @@
 //! What the classical methods see in a record: their modes side by side, and the stabilisation charts.
 
 use maud::{Markup, html};
-use stillbeam_identify::poles::{PoleMethod, PoleVerdict, StabilisationChart, Survey};
+use stillbeam_identify::poles::{PoleVerdict, StabilisationChart, Survey};
 
 use super::page::figure;
 use super::plot::{Chart, Series, Style};
@@ -18,26 +18,15 @@ pub fn section(survey: &Survey) -> Markup {
     html! {
         h3 { "Second opinions" }
         p.muted {
-            "Methods that do not fit the record in time. They see leakage where a mode rings for longer than the record resolves, and most of them "
-            "have no standard error; where they disagree with the fit, the fit is the one to trust unless it warns."
+            "Methods that do not fit the record in time. They see leakage where a mode rings for longer than the record resolves; ± is the scatter "
+            "over model orders, which does not know of that. What each gets wrong on a record of exactly the fitted modes is part of the standard error "
+            "of the cross-checks in the JSON; a method that is further from the fit than three of those is among the warnings."
         }
         @if survey.modes.is_empty() { p { "None of the methods found a mode." } } @else { (modes(survey)) }
-        @for chart in &survey.charts {
+        @for chart in survey.charts.iter().filter(|chart| !chart.picks.is_empty()) {
             (figure(&stabilisation(chart), ""))
             (picks(chart))
         }
-    }
-}
-
-/// What a method is called.
-pub fn name(method: PoleMethod) -> &'static str {
-    match method {
-        PoleMethod::PeakPicking => "peak picking, averaged H1",
-        PoleMethod::ComplexExponential => "least-squares complex exponential",
-        PoleMethod::ComplexFrequency => "least-squares complex frequency, H1",
-        PoleMethod::ComplexFrequencyLocal => "least-squares complex frequency, local rational response",
-        PoleMethod::LocalRational => "local rational pole",
-        PoleMethod::EigensystemRealisation => "eigensystem realisation",
     }
 }
 
@@ -49,7 +38,7 @@ fn modes(survey: &Survey) -> Markup {
             tbody {
                 @for mode in &survey.modes {
                     tr {
-                        td { (name(mode.method)) }
+                        td { (mode.method.words()) }
                         td { (format!("{:.5}", mode.frequency_hz)) }
                         td { (error(mode.frequency_stderr_hz)) }
                         td { (format!("{:.6}", mode.damping_ratio)) }
@@ -64,7 +53,7 @@ fn modes(survey: &Survey) -> Markup {
 /// Poles over model order; picked modes are marked.
 pub fn stabilisation(chart: &StabilisationChart) -> Chart {
     let mut plot =
-        Chart::new(format!("Stabilisation chart: {}", name(chart.method)), "frequency (Hz)", "model order");
+        Chart::new(format!("Stabilisation chart: {}", chart.method.words()), "frequency (Hz)", "model order");
     for (label, verdicts) in GROUPS {
         let inside = chart.poles.iter().filter(|pole| verdicts.contains(&pole.verdict));
         let mut points: Vec<(f64, f64)> = inside.map(|pole| (pole.frequency_hz, pole.order as f64)).collect();

@@ -21,6 +21,13 @@ pub struct AveragedSpectra {
     pub cross: Vec<Complex64>,
 }
 
+impl From<CrossSpectra> for AveragedSpectra {
+    fn from(spectra: CrossSpectra) -> Self {
+        let CrossSpectra { frequency_hz, input, output, cross } = spectra;
+        Self { frequency_hz, input, output, cross }
+    }
+}
+
 impl AveragedSpectra {
     /// Averages over segments of one `segments`-th of the record, overlapping by half, Hamming window. One
     /// segment is the paper's whole-record DFT, whose coherence is 1 by construction.
@@ -28,8 +35,7 @@ impl AveragedSpectra {
         let length = (record.input.len() / segments.max(1)).max(8);
         let spectra =
             CrossSpectra::welch(&record.input, &record.output, record.interval_s, length, Window::Hamming);
-        let CrossSpectra { frequency_hz, input, output, cross } = spectra;
-        Self { frequency_hz, input, output, cross }
+        spectra.into()
     }
 
     /// Ordinary coherence |S_xy|² / (S_xx S_yy), 0 to 1.

@@ -27,6 +27,7 @@ pub use local::local_rational_poles;
 pub use peak_picking::peak_picking;
 pub use realisation::eigensystem_realisation;
 pub use stabilisation::{ChartPole, OrderPoles, PoleVerdict, StabilisationChart, Tolerances};
+pub(crate) use survey::survey_decay_again;
 pub use survey::{Survey, survey_decay, survey_decay_bands, survey_decay_of, survey_forced};
 
 use std::f64::consts::TAU;
@@ -52,6 +53,32 @@ pub enum PoleMethod {
     EigensystemRealisation,
 }
 
+impl PoleMethod {
+    /// Its name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PeakPicking => "peak_picking",
+            Self::ComplexExponential => "complex_exponential",
+            Self::ComplexFrequency => "complex_frequency",
+            Self::ComplexFrequencyLocal => "complex_frequency_local",
+            Self::LocalRational => "local_rational",
+            Self::EigensystemRealisation => "eigensystem_realisation",
+        }
+    }
+
+    /// Its name for people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::PeakPicking => "peak picking, averaged H1",
+            Self::ComplexExponential => "least-squares complex exponential",
+            Self::ComplexFrequency => "least-squares complex frequency, H1",
+            Self::ComplexFrequencyLocal => "least-squares complex frequency, local rational response",
+            Self::LocalRational => "local rational pole",
+            Self::EigensystemRealisation => "eigensystem realisation",
+        }
+    }
+}
+
 /// A mode as one method sees it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MethodMode {
@@ -59,25 +86,13 @@ pub struct MethodMode {
     pub method: PoleMethod,
     /// Undamped natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Its standard error, Hz, if the method has one.
+    /// Its standard error, Hz, if the method has one; of a chart's pick the scatter over the model orders, which sees
+    /// neither leakage nor bias.
     pub frequency_stderr_hz: Option<f64>,
     /// Damping ratio.
     pub damping_ratio: f64,
-    /// Its standard error, if the method has one.
+    /// The same of the damping ratio.
     pub damping_stderr: Option<f64>,
-}
-
-impl MethodMode {
-    /// A mode without standard errors.
-    pub(crate) fn plain(method: PoleMethod, pole: ContinuousPole) -> Self {
-        Self {
-            method,
-            frequency_hz: pole.frequency_hz,
-            frequency_stderr_hz: None,
-            damping_ratio: pole.damping_ratio,
-            damping_stderr: None,
-        }
-    }
 }
 
 /// Frequency and damping of a pole, stable or not.

@@ -8,8 +8,7 @@ use super::exponential::complex_exponential;
 use super::frequency_domain::Moments;
 use super::realisation::Realisation;
 use super::{
-    ContinuousPole, MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles,
-    peak_picking,
+    MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles, peak_picking,
 };
 use crate::MAX_MODES;
 use crate::decay_modes::Uniform;
@@ -108,6 +107,26 @@ pub fn survey_decay_bands(decay: &[f64], interval_s: f64) -> Survey {
     survey
 }
 
+/// The same on another decay, in those bands of an earlier survey that hold one of some frequencies.
+pub(crate) fn survey_decay_again(
+    decay: &[f64],
+    interval_s: f64,
+    earlier: &Survey,
+    modes_hz: &[f64],
+) -> Survey {
+    let mut bands: Vec<[f64; 2]> = earlier.charts.iter().map(|chart| chart.band_hz).collect();
+    bands.dedup();
+    bands.retain(|[low, high]| modes_hz.iter().any(|hz| (*low..=*high).contains(hz)));
+    let mut survey = Survey::default();
+    for band_hz in bands {
+        let mut found = survey_decay_within(decay, interval_s, band_hz);
+        survey.modes.retain(|mode| mode.frequency_hz > band_hz[1]);
+        survey.modes.append(&mut found.modes);
+        survey.charts.append(&mut found.charts);
+    }
+    survey
+}
+
 /// Runs the methods for free decays on an evenly sampled one; `highest_hz` is the highest frequency of interest.
 pub fn survey_decay(decay: &[f64], interval_s: f64, highest_hz: f64) -> Survey {
     survey_decay_within(decay, interval_s, [1.0 / (decay.len().max(1) as f64 * interval_s), highest_hz])
@@ -165,12 +184,18 @@ pub fn survey_decay_of(
     Ok(survey_decay(uniform.samples(), uniform.interval_s, highest_hz))
 }
 
+/// Standard deviations of a normal scatter per half distance of its quartiles.
+const PER_HALF_QUARTILES: f64 = 1.4826;
+
 fn picked(chart: &StabilisationChart) -> Vec<MethodMode> {
-    let pole = |pick: &super::Pick| ContinuousPole {
+    let mode = |pick: &super::Pick| MethodMode {
+        method: chart.method,
         frequency_hz: pick.frequency_hz,
+        frequency_stderr_hz: Some(PER_HALF_QUARTILES * pick.frequency_spread_hz),
         damping_ratio: pick.damping_ratio,
+        damping_stderr: Some(PER_HALF_QUARTILES * pick.damping_spread),
     };
-    chart.picks.iter().map(|pick| MethodMode::plain(chart.method, pole(pick))).collect()
+    chart.picks.iter().map(mode).collect()
 }
 
 /// Frequencies of the modes, those within a distance taken once.

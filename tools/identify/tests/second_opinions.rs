@@ -45,7 +45,8 @@ fn leakage_of_a_short_sweep_is_no_disagreement_and_the_methods_start_the_fit() {
                 let local = method("local_rational").unwrap();
                 assert!((local.value / mode.damping_ratio.value - 1.0).abs() < 0.05, "{local:?}");
             }
-            let started = found.model_choice.iter().filter(|step| step.kept && step.what.starts_with("mode "));
+            let started =
+                found.model_choice.iter().filter(|step| step.kept && step.what.starts_with("mode "));
             assert!(started.clone().all(|step| step.what.contains("started from")));
             assert!(started.clone().any(|step| !step.what.contains("a scan")), "{:?}", found.model_choice);
             let frf = found.frf.as_ref().unwrap();

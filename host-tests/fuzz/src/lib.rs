@@ -10,6 +10,8 @@ mod recording;
 mod settings;
 mod table;
 
+use stillbeam_recording::Format;
+
 /// What is fed with bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -21,16 +23,29 @@ pub enum Target {
     Table,
     /// The flash that holds the settings.
     Settings,
-    /// Recordings of every format.
+    /// Recordings, taken for what they look like.
     Recording,
+    /// Recordings taken for this format.
+    RecordingAs(Format),
     /// Model files.
     Model,
 }
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 6] =
-        [Self::Console, Self::Frames, Self::Table, Self::Settings, Self::Recording, Self::Model];
+    pub const ALL: [Self; 11] = [
+        Self::Console,
+        Self::Frames,
+        Self::Table,
+        Self::Settings,
+        Self::Recording,
+        Self::RecordingAs(Format::Csv),
+        Self::RecordingAs(Format::Klipper),
+        Self::RecordingAs(Format::Uff58),
+        Self::RecordingAs(Format::Mat),
+        Self::RecordingAs(Format::Wav),
+        Self::Model,
+    ];
 
     /// Its name, also of its folder in `corpus/`.
     pub fn name(self) -> &'static str {
@@ -40,6 +55,12 @@ impl Target {
             Self::Table => "table",
             Self::Settings => "settings",
             Self::Recording => "recording",
+            Self::RecordingAs(Format::Csv) => "csv",
+            Self::RecordingAs(Format::Klipper) => "klipper",
+            Self::RecordingAs(Format::Uff58 | Format::Uff58b) => "uff",
+            Self::RecordingAs(Format::Mat) => "mat",
+            Self::RecordingAs(Format::Wav) => "wav",
+            Self::RecordingAs(Format::Json) => "json",
             Self::Model => "model",
         }
     }
@@ -59,7 +80,8 @@ impl Target {
             Self::Frames => frames::run(input),
             Self::Table => table::run(input),
             Self::Settings => settings::run(input),
-            Self::Recording => recording::run(input),
+            Self::Recording => recording::run(input, None),
+            Self::RecordingAs(format) => recording::run(input, Some(format)),
             Self::Model => model::run(input),
         }
     }

@@ -21,21 +21,26 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// The targets, their share of the executions in twelfths, and the longest input in bytes. The slow ones get less.
-const TARGETS: [(&str, usize, usize); 6] = [
-    ("console", 2, 400),
-    ("frames", 3, 600),
-    ("table", 2, 540),
-    ("settings", 1, 3072),
-    ("recording", 2, 1024),
-    ("model", 2, 1024),
+/// The targets, their share of the executions in per cent, and the longest input in bytes. The slow ones get less.
+const TARGETS: [(&str, usize, usize); 11] = [
+    ("console", 15, 400),
+    ("frames", 29, 600),
+    ("table", 10, 540),
+    ("settings", 10, 3072),
+    ("recording", 6, 1024),
+    ("csv", 6, 1024),
+    ("klipper", 6, 1024),
+    ("uff", 6, 4096),
+    ("mat", 4, 2048),
+    ("wav", 4, 1024),
+    ("model", 4, 1024),
 ];
 
 /// Runs all targets, `runs` executions in all.
 pub fn fuzz(runs: usize) -> Result<(), Failure> {
     let program = build()?;
-    for (target, twelfths, longest) in TARGETS {
-        let share = (runs * twelfths).div_ceil(12);
+    for (target, per_cent, longest) in TARGETS {
+        let share = (runs * per_cent).div_ceil(100);
         say(format!("fuzzing {target}, {share} executions ..."));
         run(&mut command(&program, target, share, longest)?)?;
     }

@@ -92,6 +92,7 @@ mod image {
         let mut sender = Sender::new();
         console.greet(restored, &mut text);
         loop {
+            console.announce(&mut text);
             serial::send(&mut transmit, text.as_bytes()).await;
             text.clear();
             tick_timer::console_made_round();

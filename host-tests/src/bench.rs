@@ -110,6 +110,13 @@ impl Bench {
         received
     }
 
+    /// What the console says unasked, as the board's task would ask it to between two replies.
+    pub fn announced(&mut self) -> String {
+        let mut announcement = LimitedReply::default();
+        self.console.announce(&mut announcement);
+        announcement.text
+    }
+
     /// Sends a line that must be accepted and returns its `ok` line.
     ///
     /// # Panics

@@ -143,7 +143,7 @@ fn a_machine_outside_a_narrowed_travel_can_go_back_but_not_further_out() {
 fn an_emergency_command_disables_the_drive_and_holds_in_the_next_tick() {
     let mut bench = moving();
     let held = bench.tick().setpoint;
-    assert_eq!(bench.accept("emergency"), "ok emergency; 'clear' to go on");
+    assert_eq!(bench.accept("emergency"), "ok emergency ('clear' goes on)");
     let output = bench.tick();
     assert_eq!((output.setpoint, output.drive_enabled), (held, false));
     assert_eq!(
@@ -218,7 +218,7 @@ fn the_encoder_is_streamed_beside_the_setpoint_and_only_where_there_is_one() {
         bench
             .samples()
             .iter()
-            .all(|sample| sample.encoder.is_none() && sample.to_string().split(' ').count() == 5)
+            .all(|sample| sample.encoder.is_none() && sample.to_string().split(' ').count() == 6)
     );
     for setting in ["set encoder.counts_per_mm -200", "apply"] {
         bench.accept(setting);

@@ -38,7 +38,7 @@ static COMMANDS: [(&str, &str); 26] = [
     ("crash clear", "forgets the record of a crash that 'info' shows"),
     (
         "stream on [N] [text|frames]|off",
-        "every N ticks '# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]'",
+        "every N ticks '# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE [ENCODER_NM FLAGS]'",
     ),
     ("echo on|off", "off for programs: no echo, no prompt"),
     ("checksum on|off", "on: refuses lines that do not end in ' *' and their CRC-32"),

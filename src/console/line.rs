@@ -112,6 +112,11 @@ impl LineEditor {
         }
     }
 
+    /// Shows again what is being typed, after something else was said.
+    pub fn show_again(&self, out: &mut dyn Write) {
+        self.print(out, &self.line);
+    }
+
     fn insert(&mut self, character: char, out: &mut dyn Write) {
         if self.line.push(character).is_err() {
             self.fault.get_or_insert(LineFault::TooLong);

@@ -3,6 +3,7 @@
 //! It does no input or output of its own, so it runs the same behind a UART, a pseudo-terminal or a test. A
 //! reply is any number of lines and then one that begins with `ok` or `err`. docs/protocol.md is the reference.
 
+mod announcement;
 pub mod checksum;
 mod commands;
 pub mod error;
@@ -24,6 +25,7 @@ use crate::shaper::{ShaperTable, UploadedTable};
 use crate::telemetry::{Activity, Status, Streaming};
 use crate::units::TickRate;
 
+use announcement::Announced;
 use checksum::{Checked, ReplyWithChecksum};
 pub use error::{Busy, CommandError, Refused};
 use line::{LineEditor, LineFault, MAX_LINE};
@@ -97,6 +99,7 @@ pub struct Console<'m> {
     events: EventLog<'m>,
     restart: Restart,
     status: &'m Status,
+    announced: Announced,
 }
 
 impl<'m> Console<'m> {
@@ -132,6 +135,7 @@ impl<'m> Console<'m> {
             events,
             restart: Restart::default(),
             status,
+            announced: Announced::default(),
         }
     }
 

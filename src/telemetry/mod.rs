@@ -29,7 +29,7 @@ pub struct Sample {
     pub encoder: Option<Nanometres>,
     /// What is wrong or switched off.
     pub flags: Flags,
-    /// What the controller was doing. The text form leaves it out.
+    /// What the controller was doing.
     pub activity: Activity,
 }
 
@@ -75,11 +75,12 @@ impl Flags {
     }
 }
 
-/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM`, followed by ` ENCODER_NM FLAGS` where there is an encoder or a
-/// flag is set; `ENCODER_NM` is `-` without an encoder.
+/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE`, followed by ` ENCODER_NM FLAGS` where there is an encoder or
+/// a flag is set; `ENCODER_NM` is `-` without an encoder.
 impl fmt::Display for Sample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "# {} {} {} {}", self.sequence, self.tick, self.command.0, self.setpoint.0)?;
+        let Self { sequence, tick, command, setpoint, activity, .. } = self;
+        write!(f, "# {sequence} {tick} {} {} {}", command.0, setpoint.0, activity.name())?;
         match (self.encoder, self.flags) {
             (None, Flags(0)) => Ok(()),
             (None, flags) => write!(f, " - {}", flags.0),
@@ -94,7 +95,9 @@ pub struct NotASample;
 
 impl fmt::Display for NotASample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("not a sample; expected '# SEQUENCE TICK COMMAND_NM SETPOINT_NM [ENCODER_NM FLAGS]'")
+        f.write_str(
+            "not a sample; expected '# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE [ENCODER_NM FLAGS]'",
+        )
     }
 }
 
@@ -113,6 +116,7 @@ impl core::str::FromStr for Sample {
             tick: number(words.next())?,
             command: Nanometres(number(words.next())?),
             setpoint: Nanometres(number(words.next())?),
+            activity: words.next().and_then(Activity::from_name).ok_or(NotASample)?,
             ..Self::default()
         };
         if let Some(encoder) = words.next() {
@@ -164,6 +168,11 @@ impl Activity {
     /// The activity of this number, if there is one.
     pub fn from_number(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|activity| *activity as u8 == number)
+    }
+
+    /// The activity that `status` prints so.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|activity| activity.name() == name)
     }
 
     /// The word that `status` prints.

@@ -43,13 +43,14 @@ impl Console<'_> {
             return Err(CommandError::Busy { command: "clear", reason: Busy::Activity(Activity::Settling) });
         }
         self.request("clear", Request::Clear)?;
+        self.forget_announced();
         say(out, format_args!("ok clear {}", fault.name()));
         Ok(())
     }
 
     pub(super) fn emergency(&mut self, out: &mut dyn Write) -> Result<(), CommandError<'static>> {
         self.request("emergency", Request::Emergency)?;
-        say(out, format_args!("ok emergency; 'clear' to go on"));
+        say(out, format_args!("ok emergency ('clear' goes on)"));
         Ok(())
     }
 

@@ -67,7 +67,7 @@ impl Console<'_> {
 
     pub(super) fn stage_defaults(&mut self, out: &mut dyn Write) {
         self.staged = Settings::default();
-        say(out, format_args!("ok defaults; 'apply' to use them"));
+        say(out, format_args!("ok defaults ('apply' uses them)"));
     }
 
     /// The reply comes when the effect has been carried out.

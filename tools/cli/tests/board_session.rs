@@ -107,7 +107,7 @@ fn a_refusal_carries_code_name_and_reason() {
 
 #[test]
 fn telemetry_between_reply_lines_is_sorted_out() {
-    let reply = "tick_hz 4000\r\n# 0 10 5 5\r\nshaper on\r\n# 1 14 6 5\r\nok info\r\n";
+    let reply = "tick_hz 4000\r\n# 0 10 5 5 rest\r\nshaper on\r\n# 1 14 6 5 moving\r\nok info\r\n";
     let mut session = Session::start(Scripted::new(&[("info", reply)])).unwrap();
     assert_eq!(session.command("info").unwrap().lines, ["tick_hz 4000", "shaper on"]);
 }
@@ -154,14 +154,43 @@ fn a_motion_that_is_refused_leaves_the_stream_off() {
 }
 
 #[test]
+fn a_fault_that_comes_up_is_told_apart_from_replies_and_ends_a_motion_with_an_error() {
+    let answers = [
+        ("info", "tick_hz 4000\r\nok info\r\n"),
+        ("status", "state rest\r\ncommand_nm 0\r\nok status\r\n"),
+        ("stream on 4 frames", "err syntax stream: usage: stream on [N]|off\r\n"),
+        ("stream on 4", "ok stream on decimation=4\r\n# 0 0 0 0 rest\r\n"),
+        (
+            "move 50",
+            "ok move ticks=4 settled_ticks=4\r\n# 1 4 7 7 moving\r\n! fault limit tick=6 drive=enabled\r\n# 2 8 7 7 fault\r\n# 3 12 7 7 fault\r\n",
+        ),
+    ];
+    let mut session = Session::start(Scripted::new(&answers)).unwrap();
+    match session.run_motion("move 50", 4, 0.0, &mut |_| {}) {
+        Err(BoardError::Fault { fault, .. }) => assert_eq!(fault, "limit tick=6 drive=enabled"),
+        other => panic!("{other:?}"),
+    }
+    let recorded = session.record_motion("move 50", 4, 0.0, &mut |_| {}).unwrap();
+    assert_eq!(recorded.faults, ["limit tick=6 drive=enabled"]);
+
+    // On the core the words come with the checksum of the session.
+    let mut session = core();
+    session.command("emergency").unwrap();
+    session.command("status").unwrap();
+    let faults = session.take_faults();
+    assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(faults[0].starts_with("emergency tick=") && faults[0].ends_with(" drive=disabled"), "{faults:?}");
+}
+
+#[test]
 fn a_gap_in_the_stream_is_an_error_that_counts() {
     let status = "state rest\r\ncommand_nm 0\r\nok status\r\n";
     let answers = [
         ("info", "tick_hz 4000\r\nok info\r\n"),
         ("status", status),
         ("stream on 4 frames", "err syntax stream: usage: stream on [N]|off\r\n"),
-        ("stream on 4", "ok stream on decimation=4\r\n# 0 0 0 0\r\n"),
-        ("move 50", "ok move ticks=10 settled_ticks=10\r\n# 1 4 7 7\r\n# 5 20 9 9\r\n"),
+        ("stream on 4", "ok stream on decimation=4\r\n# 0 0 0 0 rest\r\n"),
+        ("move 50", "ok move ticks=10 settled_ticks=10\r\n# 1 4 7 7 moving\r\n# 5 20 9 9 moving\r\n"),
     ];
     let mut session = Session::start(Scripted::new(&answers)).unwrap();
     match session.run_motion("move 50", 4, 0.0, &mut |_| {}) {

@@ -97,6 +97,18 @@ pub enum BoardError {
         /// What the board says.
         found: String,
     },
+    /// A fault stopped the machine in the middle of a motion.
+    #[error(
+        "{board}: `{motion}` was ended by a fault: {fault}; `events` and `status` on the console say more, `clear` goes on"
+    )]
+    Fault {
+        /// The board.
+        board: String,
+        /// The motion.
+        motion: String,
+        /// What the board said of it.
+        fault: String,
+    },
     /// Telemetry is missing.
     #[error(
         "{board}: {lost} streamed sample(s) were lost near tick {tick}; stream fewer (a larger decimation), or use a faster port"

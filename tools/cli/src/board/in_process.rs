@@ -9,7 +9,7 @@ use std::fmt;
 use std::time::Duration;
 
 use embassy_futures::block_on;
-use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
+use stillbeam_firmware::console::{Console, Effect, Identity};
 use stillbeam_firmware::control::Inputs;
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
@@ -57,7 +57,7 @@ impl InProcessBoard {
     }
 
     fn say(&mut self, speak: impl FnOnce(&mut Console<'static>, &mut String)) {
-        let mut text = String::with_capacity(MAX_REPLY);
+        let mut text = String::new();
         speak(&mut self.parts.console, &mut text);
         self.outgoing.extend(text.as_bytes());
     }
@@ -69,6 +69,12 @@ impl InProcessBoard {
         while let Some(sample) = self.parts.samples.dequeue() {
             self.outgoing.extend(self.sender.send(sample).unwrap_or_default());
         }
+    }
+
+    /// A tick while no reply is under way, and what the console says unasked after it.
+    fn idle_tick(&mut self) {
+        self.tick();
+        self.say(|console, text| console.announce(text));
     }
 }
 
@@ -112,7 +118,7 @@ impl ByteLink for InProcessBoard {
     fn read(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
         let deadline_s = self.clock_s + patience.as_secs_f64();
         while self.outgoing.is_empty() && self.clock_s < deadline_s {
-            self.tick();
+            self.idle_tick();
         }
         let count = buffer.len().min(self.outgoing.len());
         for (place, byte) in buffer.iter_mut().zip(self.outgoing.drain(..count)) {
@@ -128,7 +134,7 @@ impl ByteLink for InProcessBoard {
     fn pause(&mut self, duration: Duration) {
         let deadline_s = self.clock_s + duration.as_secs_f64();
         while self.clock_s < deadline_s {
-            self.tick();
+            self.idle_tick();
         }
     }
 }

@@ -22,6 +22,8 @@ pub struct StreamedMotion {
     pub gaps: Vec<Gap>,
     /// Frames that came damaged.
     pub damaged_frames: u64,
+    /// Faults that came up meanwhile, in the board's words; none in what [`Session::run_motion`] returns.
+    pub faults: Vec<String>,
     /// Index of the last sample before the command changes.
     pub start: usize,
     /// Ticks that the command changes for, as the board announced.
@@ -103,7 +105,8 @@ impl Session {
     /// motion is done, from 0 to 1.
     ///
     /// # Errors
-    /// As [`Session::command`]; [`BoardError::SamplesLost`] when a sequence number is missing.
+    /// As [`Session::command`]; [`BoardError::SamplesLost`] when a sequence number is missing, [`BoardError::Fault`] when a
+    /// fault ended the motion.
     pub fn run_motion(
         &mut self,
         motion: &str,
@@ -114,7 +117,8 @@ impl Session {
         self.stream_motion(motion, decimation, (extra_s, false), progress)
     }
 
-    /// The same, going on when samples are lost: [`StreamedMotion::gaps`] has them.
+    /// The same, going on when samples are lost or a fault ends the motion: [`StreamedMotion::gaps`] and
+    /// [`StreamedMotion::faults`] have them.
     ///
     /// # Errors
     /// As [`Session::command`].
@@ -132,13 +136,14 @@ impl Session {
         &mut self,
         motion: &str,
         decimation: u32,
-        (extra_s, with_gaps): (f64, bool),
+        (extra_s, with_flaws): (f64, bool),
         progress: &mut dyn FnMut(f64),
     ) -> Result<StreamedMotion, BoardError> {
         let tick_hz = self.tick_hz()?;
         let rest_nm = self.wait_for_rest(Duration::from_secs(20))?;
         self.forget_samples();
         self.take_damaged_frames();
+        self.take_faults();
         self.start_stream(decimation)?;
         let mut run = StreamedMotion {
             tick_hz,
@@ -146,18 +151,25 @@ impl Session {
             samples: Vec::new(),
             gaps: Vec::new(),
             damaged_frames: 0,
+            faults: Vec::new(),
             start: 0,
             command_ticks: 0,
             settled_ticks: 0,
         };
-        let collected = self.collect(&mut run, motion, rest_nm, (extra_s, with_gaps), progress);
+        let collected = self.collect(&mut run, motion, rest_nm, (extra_s, with_flaws), progress);
         // Telemetry is switched off in any case, so that whoever comes next finds a quiet line.
         let stopped = self.command("stream off");
         collected?;
         stopped?;
         self.forget_samples();
         run.damaged_frames = self.take_damaged_frames();
-        Ok(run)
+        run.faults = self.take_faults();
+        match run.faults.first().cloned() {
+            Some(fault) if !with_flaws => {
+                Err(BoardError::Fault { board: self.board().to_owned(), motion: motion.to_owned(), fault })
+            }
+            _ => Ok(run),
+        }
     }
 
     /// In frames, or as text where the firmware has none.
@@ -178,7 +190,7 @@ impl Session {
         run: &mut StreamedMotion,
         motion: &str,
         rest_nm: i32,
-        (extra_s, with_gaps): (f64, bool),
+        (extra_s, with_flaws): (f64, bool),
         progress: &mut dyn FnMut(f64),
     ) -> Result<(), BoardError> {
         let (tick_hz, decimation) = (run.tick_hz, run.decimation);
@@ -205,7 +217,7 @@ impl Session {
                 run.samples.clear();
                 run.gaps.clear();
             } else if lost != 0 {
-                if !with_gaps {
+                if !with_flaws {
                     return Err(BoardError::SamplesLost { board: self.board().to_owned(), lost, tick });
                 }
                 run.gaps.push(Gap { lost, tick });

@@ -13,6 +13,8 @@ use stillbeam_firmware::telemetry::frame::{FIRST_BYTE, MAX_ENCODED, decode};
 pub enum Received {
     /// A line that is not empty, without its end. Bytes that are not text became replacement characters.
     Line(String),
+    /// The board says unasked that a fault has come up: its words.
+    Fault(String),
     /// The samples of a frame whose CRC is right.
     Samples(Vec<Sample>),
     /// What was a frame before the line damaged it.
@@ -83,7 +85,11 @@ impl Receiver {
         self.line.append(&mut self.segment);
         let line = std::mem::take(&mut self.line);
         let line = String::from_utf8_lossy(&line).trim_end_matches('\r').to_owned();
-        if !line.is_empty() {
+        // A prompt may stand before it, and its checksum is worth no repetition.
+        if let Some(fault) = line.trim_start_matches("> ").strip_prefix("! fault ") {
+            let fault = fault.split_once(" *").map_or(fault, |(words, _)| words);
+            self.ready.push_back(Received::Fault(fault.to_owned()));
+        } else if !line.is_empty() {
             self.ready.push_back(Received::Line(line));
         }
     }

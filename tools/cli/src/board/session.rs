@@ -77,6 +77,8 @@ pub struct Session {
     /// Frames that the line damaged.
     damaged_frames: u64,
     samples: VecDeque<Sample>,
+    /// What the board said of faults, unasked.
+    faults: Vec<String>,
 }
 
 impl Session {
@@ -101,6 +103,7 @@ impl Session {
             receiver: Receiver::default(),
             damaged_frames: 0,
             samples: VecDeque::new(),
+            faults: Vec::new(),
         };
         let began = session.link.clock();
         while session.link.clock().saturating_sub(began) < patience {
@@ -261,6 +264,11 @@ impl Session {
         }
     }
 
+    /// What the board said of faults since the last time this was asked: `NAME tick=N drive=enabled|disabled`.
+    pub fn take_faults(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.faults)
+    }
+
     /// How many frames came damaged since the last time this was asked.
     pub(super) fn take_damaged_frames(&mut self) -> u64 {
         std::mem::take(&mut self.damaged_frames)
@@ -358,6 +366,7 @@ impl Session {
     fn keep(&mut self, received: Received) {
         match received {
             Received::Samples(samples) => self.samples.extend(samples),
+            Received::Fault(fault) => self.faults.push(fault),
             Received::Damaged => self.damaged_frames += 1,
             Received::Line(_) => {}
         }

@@ -80,6 +80,11 @@ impl RecordArgs {
         let recording = recording(&self.out, &motion, &streamed);
         write_csv(Path::new(&self.out), &recording)?;
         streams.say(&format!("wrote {}", self.out));
+        for fault in &streamed.faults {
+            streams.say(&format!(
+                "a fault ended the motion: {fault}; 'stillbeam console' and 'events' say more, 'clear' goes on"
+            ));
+        }
         if !streamed.gaps.is_empty() {
             let lost = lost_samples(&streamed);
             streams.say(&format!(
@@ -144,6 +149,9 @@ fn notes(motion: &str, streamed: &StreamedMotion, first_tick: u32) -> toml::Tabl
         .collect();
     if !gaps.is_empty() {
         stream.insert("gaps".to_owned(), gaps.into());
+    }
+    if !streamed.faults.is_empty() {
+        stream.insert("faults".to_owned(), streamed.faults.clone().into());
     }
     let flagged = streamed.samples.iter().fold(0, |flags, sample| flags | sample.flags.0);
     stream.insert("flags_seen".to_owned(), i64::from(flagged).into());

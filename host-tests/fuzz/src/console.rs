@@ -2,10 +2,13 @@
 
 use std::cell::RefCell;
 
+use stillbeam_firmware::control::Inputs;
 use stillbeam_host_tests::bench::Bench;
 
-/// A byte that lets time pass instead of being sent; neither text nor an editing key.
-const TICKS: u8 = 0xff;
+/// Bytes from here on let time pass instead of being sent; they are neither text nor editing keys: one tick after a missed one,
+/// one with the emergency input active, and for 0xff many.
+const MISSED: u8 = 0xfd;
+const EMERGENCY: u8 = 0xfe;
 const TICKS_AT_ONCE: usize = 40;
 /// A bench cannot be freed, so it is kept for many inputs and brought back to its beginning in between.
 const INPUTS_PER_BENCH: u32 = 2000;
@@ -16,14 +19,25 @@ thread_local! {
 
 pub(crate) fn run(input: &[u8]) {
     with_bench(|bench| {
-        for part in input.split_inclusive(|byte| *byte == TICKS) {
-            let text = part.strip_suffix(&[TICKS]).unwrap_or(part);
+        for part in input.split_inclusive(|byte| *byte >= MISSED) {
+            let (text, happens) = match part {
+                [text @ .., last] if *last >= MISSED => (text, Some(*last)),
+                text => (text, None),
+            };
             bench.send_bytes(text);
-            if text.len() < part.len() {
-                for _ in 0..TICKS_AT_ONCE {
-                    bench.tick();
-                }
+            let quiet = Inputs::default();
+            let (ticks, inputs) = match happens {
+                None => (0, quiet),
+                Some(EMERGENCY) => (1, Inputs { emergency: true, ..quiet }),
+                Some(MISSED) => (1, Inputs { missed_ticks: 1, ..quiet }),
+                Some(_) => (TICKS_AT_ONCE, quiet),
+            };
+            for _ in 0..ticks {
+                bench.tick_with(inputs);
             }
+            let said = bench.announced();
+            assert!(said.is_empty() || said.contains("! fault "), "{said:?}");
+            assert_eq!(bench.announced(), "", "once");
         }
     });
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
 use stillbeam_firmware::restart::CrashRecord;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, panic_site};
 
 const STACK_POINTER: u8 = 13;
 const PC: u8 = 15;
@@ -114,6 +114,30 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
         ("software".into(), "none".into())
     );
     assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+}
+
+#[test]
+fn a_panic_of_the_release_image_is_recorded_with_its_place_and_holds_the_machine_after_the_reset() {
+    let Some(image) = image() else { return };
+    let site = panic_site::find(&image).expect("an image has places that panic");
+    let mut emulator = boot(&image);
+    let mut client = emulator.debug().expect("a link");
+    let mut word = |place: u32| client.read_word(site.location + 4 * place).expect("read");
+    let (name, length, line) = (word(0), word(1), word(2));
+    let name = client.memory(name, length as usize).expect("read");
+    client.detach().expect("detached");
+    let expected = format!("{}:{line}", String::from_utf8(name).expect("text").trim_end_matches('\0'));
+    assert!(expected.contains(".rs:"), "{expected}");
+
+    // The image's own instructions from here on: what names the place, the panic, the handler.
+    let record = crash(&mut emulator, |register, _| register(PC, site.address));
+    assert_eq!((record.kind.name(), record.message.as_str()), ("panic", expected.as_str()));
+
+    emulator.reset(WATCHDOG_RESET, BOOT_LIMIT).expect("it starts again");
+    let mut session = talk(&emulator);
+    assert_eq!(info(&mut session, "crash"), record.to_string());
+    let status = session.command("status").expect("status");
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("disabled")));
 }
 
 #[test]

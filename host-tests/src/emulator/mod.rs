@@ -15,6 +15,7 @@ mod error;
 mod image;
 pub mod interrupt_cost;
 pub mod masked_sections;
+pub mod panic_site;
 mod process;
 pub mod rsp;
 mod serial;

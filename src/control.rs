@@ -48,7 +48,7 @@ pub enum Request<'m> {
 /// What the settings make of the tick, ready for one tick rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setup {
-    /// For later stops.
+    /// For stops of later motions.
     pub braking: Braking,
     /// The travel.
     pub guard: TravelGuard,
@@ -114,6 +114,8 @@ pub struct Controller<'m> {
     shaping: Shaping<'m>,
     motion: Motion<'m>,
     setup: Setup,
+    /// That of the limits the motion was planned with: with weaker braking it could leave the travel.
+    braking: Braking,
     pulses: Option<Pulses>,
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
@@ -174,6 +176,7 @@ impl<'m> Controller<'m> {
             motion: Motion::Hold,
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
+            braking: setup.braking,
             setup,
             encoder_counter: 0,
             latch: Latch::default(),
@@ -251,11 +254,12 @@ impl<'m> Controller<'m> {
             Request::Start(plan) => {
                 // Where a stop ended need not be a whole nanometre; a motion begins at one.
                 self.recent = [self.command.into(); 3];
+                self.braking = self.setup.braking;
                 self.change_motion(Motion::Planned(plan));
             }
             Request::Stop => {
                 if matches!(self.motion, Motion::Planned(_)) {
-                    self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.setup.braking)));
+                    self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking)));
                 }
             }
             Request::Shape(cascade) => {
@@ -288,7 +292,10 @@ impl<'m> Controller<'m> {
     }
 
     /// Outputs and encoder go on from the setpoint, without a step, where their scale has changed.
-    fn configure(&mut self, setup: Setup) {
+    fn configure(&mut self, mut setup: Setup) {
+        if !self.is_at_rest() {
+            setup.guard = setup.guard.as_lenient_as(self.setup.guard);
+        }
         if setup.pulses != self.setup.pulses {
             self.pulses = setup.pulses.map(|scale| Pulses::new(scale, self.setpoint));
         }

@@ -335,7 +335,10 @@ proptest! {
             within.limits.jerk_mm_s3 = 1e30;
         }
         assert_within(&path_nm, &within, 1e-6 * largest_nm)?;
-        let reach_nm = if which == 2 { 3.0 } else { SweepSpec::STOP_REACH } * largest_nm + 2.0;
+        let reach = [SweepSpec::STOP_REACH, PulseSpec::STOP_REACH, 3.0][usize::from(which)];
+        // A pulse is stepped over at its top, and jerk taken back in whole ticks.
+        let ticks_nm = if which == 1 { 2.0 * 5000.0 * 1e6 / rate_hz.powi(2) } else { 0.0 };
+        let reach_nm = reach * largest_nm + 2.0 + ticks_nm;
         prop_assert!(path_nm.iter().all(|position_nm| position_nm.abs() <= reach_nm));
     }
 }
@@ -367,6 +370,38 @@ fn a_stopped_sine_stays_within_the_reach_that_is_checked() {
             }
         }
         assert!((least..most).contains(&farthest), "{profile}: {farthest}");
+    }
+}
+
+/// The same of a pulse at all three limits at once.
+#[test]
+fn a_stopped_pulse_stays_within_the_reach_that_is_checked() {
+    let rate = TickRate::from_hz(20_000.0).expect("a rate");
+    let (height_mm, duration_s) = (1.0, 0.5_f64);
+    let limits = MoveLimits {
+        velocity_mm_s: 192.0 / (25.0 * 5_f64.sqrt()) / duration_s,
+        acceleration_mm_s2: 24.0 / duration_s.powi(2),
+        jerk_mm_s3: 384.0 / duration_s.powi(3),
+        travel_mm: (-10.0, 10.0),
+        shaper_gain: 1.0,
+    };
+    for (profile, least, most) in
+        [(Profile::SCurve, 1.002, PulseSpec::STOP_REACH), (Profile::Trapezoid, 0.99, 1.0)]
+    {
+        let mut farthest = 0.0_f64;
+        for part in 0..1000 {
+            let at = |tick: f64| {
+                let s = f64::from(part) / 1000.0 + tick / (rate.hz() * duration_s);
+                FinePosition((64e6 * height_mm * (s * (1.0 - s)).max(0.0).powi(3) * FINE) as i64)
+            };
+            let mut stop = StopPlan::new([at(-2.0), at(-1.0), at(0.0)], Braking::new(&limits, profile, rate));
+            while let Some(position) = stop.step() {
+                farthest = farthest.max(position.0 as f64 / FINE / 1e6);
+                assert!(position.0 as f64 / FINE > -2.0, "not back past the start");
+            }
+        }
+        println!("{profile}: {farthest}");
+        assert!((least..=most).contains(&farthest), "{profile}: {farthest}");
     }
 }
 

@@ -10,12 +10,20 @@ use crate::units::Nanometres;
 pub struct TravelGuard {
     low: Nanometres,
     high: Nanometres,
+    slack: Nanometres,
 }
 
 impl TravelGuard {
-    /// Guards the positions from `low` to `high`, both permitted.
-    pub fn new(low: Nanometres, high: Nanometres) -> Self {
-        Self { low, high }
+    /// Guards the positions from `low` to `high`, both permitted, and as far beyond them as stops need.
+    pub fn new(low: Nanometres, high: Nanometres, slack: Nanometres) -> Self {
+        let (lowest, highest) = (low.0.saturating_sub(slack.0), high.0.saturating_add(slack.0));
+        Self { low: Nanometres(lowest), high: Nanometres(highest), slack }
+    }
+
+    /// The same travel with at least the slack of `earlier`, which a motion under way may still need.
+    pub fn as_lenient_as(self, earlier: Self) -> Self {
+        let more = Nanometres(earlier.slack.0.saturating_sub(self.slack.0).max(0));
+        Self { slack: Nanometres(self.slack.0.max(earlier.slack.0)), ..Self::new(self.low, self.high, more) }
     }
 
     /// Whether going from `before` to `next` leaves the travel or goes further out.

@@ -30,6 +30,9 @@ pub struct PulsePlan {
 }
 
 impl PulseSpec {
+    /// How far a stop may go from the start, in heights of the pulse: at the top the acceleration is largest and has to be taken
+    /// back, where jerk is limited.
+    pub const STOP_REACH: f64 = 1.01;
     /// The longest pulse in seconds.
     pub const MAX_DURATION_S: f64 = 60.0;
     /// Largest derivatives of the pulse of unit height and duration.
@@ -44,10 +47,11 @@ impl PulsePlan {
     /// # Errors
     /// [`MotionError`] names the parameter outside its range, or the limit that the pulse would break.
     pub fn new(spec: &PulseSpec, context: &MotionContext) -> Result<Self, MotionError> {
-        let MotionContext { start, limits, rate, .. } = context;
+        let MotionContext { start, limits, rate, profile, .. } = context;
         let distance_mm = within("DISTANCE_MM", spec.distance_mm, (-1000.0, 1000.0))?;
         let height_mm = within("|DISTANCE_MM|", libm::fabs(distance_mm), (1.0e-5, 1000.0))?;
-        let top_mm = start.to_mm() + distance_mm;
+        let reach = if profile.limits_jerk() { PulseSpec::STOP_REACH } else { 1.0 };
+        let top_mm = start.to_mm() + reach * distance_mm;
         limits.check_span(start.to_mm().min(top_mm), start.to_mm().max(top_mm))?;
         let shortest = [
             PulseSpec::VELOCITY * height_mm * limits.shaper_gain / limits.velocity_mm_s,

@@ -95,7 +95,7 @@ impl Settings {
         Setup {
             braking: Braking::new(&limits, self.profile, tick_rate),
             // The ends of the travel are within what positions can say.
-            guard: TravelGuard::new(end(first_mm - slack_mm), end(last_mm + slack_mm)),
+            guard: TravelGuard::new(end(first_mm), end(last_mm), end(slack_mm)),
             reactions: self.drive.reactions(),
             analog: self.drive.analog(tick_rate),
             pulses: self.drive.pulses(tick_rate),

@@ -2,11 +2,12 @@
 //! whatever is changed meanwhile.
 
 use proptest::prelude::*;
+use stillbeam_firmware::fault::TravelGuard;
 use stillbeam_firmware::motion::{MoveLimits, Profile};
 use stillbeam_firmware::shaper::ShaperTable;
 use stillbeam_firmware::shaper::stage::{Tap, WEIGHT_ONE};
 use stillbeam_firmware::shaper::uploaded::crc32;
-use stillbeam_firmware::units::TickRate;
+use stillbeam_firmware::units::{Nanometres, TickRate};
 use stillbeam_host_tests::bench::Bench;
 
 #[derive(Clone, Debug)]
@@ -186,5 +187,21 @@ proptest! {
     #[test]
     fn a_stop_out_of_any_accepted_motion_ends_without_a_fault_however_narrow_the_travel(case in case()) {
         check(&case)?;
+    }
+}
+
+#[test]
+fn a_changed_guard_leaves_a_motion_under_way_the_slack_it_may_need() {
+    let nm = Nanometres;
+    let guard = |low, high, slack| TravelGuard::new(nm(low), nm(high), nm(slack));
+    let with_slack = guard(-1000, 1000, 50);
+    for (changed, low, high) in [
+        (guard(-1000, 1000, 0).as_lenient_as(with_slack), -1050, 1050),
+        (guard(-1000, 1000, 70).as_lenient_as(with_slack), -1070, 1070),
+        (guard(-10, 2000, 0).as_lenient_as(with_slack), -60, 2050),
+    ] {
+        assert!(!changed.forbids(nm(0), nm(high)) && changed.forbids(nm(0), nm(high + 1)), "{changed:?}");
+        assert!(!changed.forbids(nm(0), nm(low)) && changed.forbids(nm(0), nm(low - 1)), "{changed:?}");
+        assert!(!changed.as_lenient_as(guard(0, 0, 60)).forbids(nm(0), nm(low)), "again");
     }
 }

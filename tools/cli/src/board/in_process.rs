@@ -111,6 +111,7 @@ impl ByteLink for InProcessBoard {
                 }
                 Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),
             }
+            self.say(|console, text| console.announce(text));
         }
         Ok(())
     }

@@ -11,11 +11,13 @@ use super::pole::Pole;
 use super::uncertainty::ModeBox;
 
 /// Points of a constraint grid per period of the residual's ripple over frequency.
-const POINTS_PER_RIPPLE: f64 = 6.0;
+const POINTS_PER_RIPPLE: f64 = 4.0;
 /// The fewest intervals of a constraint grid along an edge of frequencies.
-const FEWEST: f64 = 4.0;
+const FEWEST: f64 = 3.0;
+/// The most intervals that a constraint grid starts with: more would slow the solver, and the search adds what is missing.
+const MOST: usize = 12;
 /// How much finer the residual is searched.
-pub(super) const FINER: usize = 10;
+pub(super) const FINER: usize = 15;
 /// Intervals along an edge of damping ratios: the residual hardly bends there.
 const DAMPING_INTERVALS: usize = 1;
 
@@ -66,7 +68,7 @@ fn edges(mode: &ModeBox) -> Vec<Edge> {
 
 /// The constraint grid on the edge of a box for shapers of this duration.
 pub(super) fn grid(mode: &ModeBox, duration_s: f64) -> Vec<Pole> {
-    edges(mode).iter().flat_map(|edge| along(edge, edge.intervals(duration_s))).collect()
+    edges(mode).iter().flat_map(|edge| along(edge, edge.intervals(duration_s).min(MOST))).collect()
 }
 
 fn along(edge: &Edge, intervals: usize) -> impl Iterator<Item = Pole> + '_ {

@@ -20,6 +20,8 @@ use crate::error::ShapeError;
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) modes: Vec<ModeBox>,
+    /// Residuals that differ by less than this are the same.
+    pub(super) accuracy: f64,
     pub(super) tick_s: f64,
     pub(super) negative_limit: f64,
 }
@@ -40,8 +42,16 @@ pub(super) struct Verdict {
 
 /// Programmes of one duration until the gap is closed; far more than ever needed.
 const ROUNDS: usize = 60;
-/// A gap between what is found and what is proven, relative to it and absolutely, that counts as none.
-const GAP: (f64, f64) = (1e-4, 1e-9);
+/// A gap between what is found and what is proven, relative to it, that counts as none.
+const GAP: f64 = 1e-4;
+/// A weight or multiplier that means nothing for the next duration.
+const NO_WEIGHT: f64 = 1e-5;
+/// When a programme has more taps than this, those that it does not use and that cost most are dropped.
+const MANY_TAPS: usize = 80;
+/// When a programme has more places than this to hold down, those that leave less than a part of the worst are dropped.
+const MANY_POLES: (usize, f64) = (40, 0.5);
+/// Taps that are as near to each other as this are refined to neighbours.
+const NEAR: u32 = 16;
 /// Taps that the first programme of a search starts with, evenly spaced.
 const FIRST_TAPS: u32 = 60;
 /// Evenly spaced taps of the others, beside those that had weight before.
@@ -52,6 +62,8 @@ const EVEN_TAPS: u32 = 12;
 pub(super) struct Memory {
     /// Taps as fractions of the duration.
     taps: Vec<f64>,
+    /// Modes that held the last answer down.
+    poles: Vec<Pole>,
 }
 
 impl Problem {
@@ -66,75 +78,85 @@ impl Problem {
         tolerance: Option<f64>,
         memory: &mut Memory,
     ) -> Result<Verdict, ShapeError> {
-        let duration_s = f64::from(end_tick) * self.tick_s;
         let mut ticks = self.first_ticks(end_tick, memory);
-        let mut poles: Vec<Pole> =
-            self.modes.iter().flat_map(|mode| boundary::grid(mode, duration_s)).collect();
+        let mut poles = self.first_poles(end_tick, memory);
         let mut verdict = Verdict { taps: Vec::new(), worst: f64::INFINITY, bound: 0.0 };
         for _ in 0..ROUNDS {
-            let programme = Programme {
-                ticks: &ticks,
-                poles: &poles,
-                end_tick,
-                tick_s: self.tick_s,
-                negative_limit: self.negative_limit,
-            };
-            let answer = programme.solve()?;
+            let answer = self.programme(&ticks, &poles, end_tick).solve()?;
             let prices = self.prices(end_tick, &poles, &answer.multipliers);
             verdict.bound = verdict.bound.max(self.bound(&prices));
             let taps = normalised(&ticks, &answer.weights);
+            let held = poles.iter().map(|pole| self.ringing(&taps, pole, end_tick)).fold(0.0, f64::max);
             let peaks = self.peaks(&taps, end_tick, FINER);
             let worst = peaks.iter().map(|peak| peak.residual).fold(0.0, f64::max);
+            memory.remember(&taps, &poles, &answer.multipliers, end_tick);
             if worst < verdict.worst {
-                (verdict.taps, verdict.worst) = (taps, worst);
+                (verdict.taps, verdict.worst) = (taps.clone(), worst);
             }
-            let closed = verdict.worst - verdict.bound <= GAP.0 * verdict.worst + GAP.1;
+            let closed = verdict.worst - verdict.bound <= GAP * verdict.worst + self.accuracy;
             let answered = tolerance.is_some_and(|most| verdict.worst <= most || verdict.bound > most);
             if closed || answered {
                 break;
             }
-            let value =
-                poles.iter().map(|pole| self.ringing(&verdict_taps(&ticks, &answer.weights), pole, end_tick));
-            let value = value.fold(0.0, f64::max);
-            let more_poles = peaks.iter().filter(|peak| peak.residual > value * (1.0 + 1e-9) + 1e-12);
             let before = (ticks.len(), poles.len());
-            poles.extend(more_poles.map(|peak| peak.pole));
+            keep_cheap(&mut ticks, &answer.weights, &prices);
+            let kept = ticks.len();
             add_priced(&mut ticks, &prices, self.negative_limit > 0.0);
-            if before == (ticks.len(), poles.len()) {
+            if poles.len() > MANY_POLES.0 {
+                poles.retain(|pole| self.ringing(&taps, pole, end_tick) > MANY_POLES.1 * held);
+            }
+            poles.extend(beyond(&peaks, held, self.accuracy));
+            if before == (kept, poles.len()) && kept == ticks.len() {
                 break;
             }
         }
-        memory.remember(&verdict.taps, end_tick);
         Ok(verdict)
     }
 
-    /// The least residual with weights on the given ticks only.
-    pub(super) fn reweighted(&self, ticks: &[u32], end_tick: u32) -> Result<(RealTaps, f64), ShapeError> {
-        let duration_s = f64::from(end_tick) * self.tick_s;
-        let mut poles: Vec<Pole> =
-            self.modes.iter().flat_map(|mode| boundary::grid(mode, duration_s)).collect();
+    /// The least residual with weights on the given ticks only, or one of at most `tolerance`. `poles` are the places that
+    /// held it down, to start the next of a kind with.
+    pub(super) fn reweighted(
+        &self,
+        ticks: &[u32],
+        end_tick: u32,
+        tolerance: f64,
+        poles: &mut Vec<Pole>,
+    ) -> Result<(RealTaps, f64), ShapeError> {
         let mut best = (Vec::new(), f64::INFINITY);
-        for _ in 0..8 {
-            let programme = Programme {
-                ticks,
-                poles: &poles,
-                end_tick,
-                tick_s: self.tick_s,
-                negative_limit: self.negative_limit,
-            };
-            let taps = normalised(ticks, &programme.solve()?.weights);
+        for _ in 0..ROUNDS {
+            let answer = self.programme(ticks, poles, end_tick).solve()?;
+            let taps = normalised(ticks, &answer.weights);
             let held = poles.iter().map(|pole| self.ringing(&taps, pole, end_tick)).fold(0.0, f64::max);
             let peaks = self.peaks(&taps, end_tick, FINER);
             let worst = peaks.iter().map(|peak| peak.residual).fold(0.0, f64::max);
             if worst < best.1 {
                 best = (taps, worst);
             }
-            if worst <= held * (1.0 + 1e-7) + 1e-11 {
+            let more: Vec<Pole> = beyond(&peaks, held, self.accuracy).collect();
+            if worst <= tolerance || held > tolerance + self.accuracy || more.is_empty() {
                 break;
             }
-            poles.extend(peaks.iter().filter(|peak| peak.residual > held).map(|peak| peak.pole));
+            poles.extend(more);
         }
         Ok(best)
+    }
+
+    fn programme<'p>(&self, ticks: &'p [u32], poles: &'p [Pole], end_tick: u32) -> Programme<'p> {
+        Programme {
+            ticks,
+            poles,
+            end_tick,
+            tick_s: self.tick_s,
+            negative_limit: self.negative_limit,
+            accuracy: self.accuracy,
+        }
+    }
+
+    /// The constraint grid of all boxes, and what held the last answer down.
+    pub(super) fn first_poles(&self, end_tick: u32, memory: &Memory) -> Vec<Pole> {
+        let duration_s = f64::from(end_tick) * self.tick_s;
+        let grids = self.modes.iter().flat_map(|mode| boundary::grid(mode, duration_s));
+        grids.chain(memory.poles.iter().copied()).collect()
     }
 
     /// The residual's local maxima over all boxes.
@@ -192,10 +214,18 @@ impl Problem {
 }
 
 impl Memory {
-    fn remember(&mut self, taps: &[(u32, f64)], end_tick: u32) {
-        let weighty = taps.iter().filter(|(_, weight)| weight.abs() > 1e-6);
+    fn remember(&mut self, taps: &[(u32, f64)], poles: &[Pole], multipliers: &[Complex], end_tick: u32) {
+        let weighty = taps.iter().filter(|(_, weight)| weight.abs() > NO_WEIGHT);
         self.taps = weighty.map(|(tick, _)| f64::from(*tick) / f64::from(end_tick.max(1))).collect();
+        let active =
+            poles.iter().zip(multipliers).filter(|(_, multiplier)| multiplier.magnitude() > NO_WEIGHT);
+        self.poles = active.map(|(pole, _)| *pole).collect();
     }
+}
+
+/// The peaks that rise above what the programme held down.
+fn beyond(peaks: &[Peak], held: f64, accuracy: f64) -> impl Iterator<Item = Pole> + '_ {
+    peaks.iter().filter(move |peak| peak.residual > held + accuracy).map(|peak| peak.pole)
 }
 
 fn verdict_taps(ticks: &[u32], weights: &[f64]) -> RealTaps {
@@ -213,23 +243,41 @@ fn normalised(ticks: &[u32], weights: &[f64]) -> RealTaps {
     taps
 }
 
-/// Adds the ticks at the local minima of the prices below what the programme's own taps cost, and their
-/// neighbours; with negative weights the maxima above them too.
+/// Drops the dearer half of the ticks without weight when there are many.
+fn keep_cheap(ticks: &mut Vec<u32>, weights: &[f64], prices: &[f64]) {
+    if ticks.len() <= MANY_TAPS {
+        return;
+    }
+    let price = |tick: u32| prices.get(tick as usize).copied().unwrap_or(f64::INFINITY);
+    let (used, mut idle): (Vec<_>, Vec<_>) =
+        ticks.iter().copied().zip(weights).partition(|(_, weight)| weight.abs() > NO_WEIGHT);
+    idle.sort_by(|(a, _), (b, _)| price(*a).total_cmp(&price(*b)));
+    idle.truncate(MANY_TAPS / 2);
+    *ticks = used.into_iter().chain(idle).map(|(tick, _)| tick).collect();
+    ticks.sort_unstable();
+}
+
+/// Adds the ticks at the local minima of the prices below what the programme's own taps cost, with their neighbours
+/// where a tap is near already; with negative weights the maxima above them too.
 fn add_priced(ticks: &mut Vec<u32>, prices: &[f64], both_ways: bool) {
-    let own = |ticks: &[u32], sign: f64| {
-        let own = ticks.iter().filter_map(|tick| prices.get(*tick as usize));
-        own.map(|price| sign * price).fold(f64::INFINITY, f64::min)
-    };
     let known = ticks.clone();
+    let near = |tick: u32| {
+        let place = known.partition_point(|other| *other < tick);
+        let beside = [known.get(place), place.checked_sub(1).and_then(|before| known.get(before))];
+        beside.into_iter().flatten().any(|other| other.abs_diff(tick) <= NEAR)
+    };
     for sign in [1.0, -1.0].into_iter().take(if both_ways { 2 } else { 1 }) {
-        let least = own(&known, sign);
         let price = |index: usize| prices.get(index).map_or(f64::INFINITY, |price| sign * price);
-        for index in 0..prices.len() {
+        let least = known.iter().map(|tick| price(*tick as usize)).fold(f64::INFINITY, f64::min);
+        for (index, tick) in (0..prices.len()).zip(0_u32..) {
             let here = price(index);
             let before = index.checked_sub(1).map_or(f64::INFINITY, price);
             if here < least && here <= before && here < price(index + 1) {
-                let last = prices.len() - 1;
-                ticks.extend((index.saturating_sub(1)..=(index + 1).min(last)).map(|tick| tick as u32));
+                ticks.push(tick);
+                if near(tick) {
+                    ticks.extend(tick.checked_sub(1));
+                    ticks.extend(Some(tick + 1).filter(|next| (*next as usize) < prices.len()));
+                }
             }
         }
     }

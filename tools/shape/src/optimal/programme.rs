@@ -24,6 +24,8 @@ pub(super) struct Programme<'p> {
     pub(super) tick_s: f64,
     /// The most that the negative weights may sum to.
     pub(super) negative_limit: f64,
+    /// How far from the best value the answer may be.
+    pub(super) accuracy: f64,
 }
 
 /// The answer.
@@ -48,9 +50,9 @@ impl Programme<'_> {
         }
         let settings = DefaultSettings {
             verbose: false,
-            tol_gap_abs: 1e-10,
-            tol_gap_rel: 1e-9,
-            tol_feas: 1e-10,
+            tol_gap_abs: self.accuracy,
+            tol_gap_rel: 1e-12,
+            tol_feas: self.accuracy.min(1e-8),
             presolve_enable: false,
             ..DefaultSettings::default()
         };

@@ -18,7 +18,11 @@ use crate::error::ShapeError;
 pub const ROUNDING: f64 = 1e-7;
 
 /// How much of the tolerance the solver leaves to rounding of weights and to places between those it looked at.
-const MARGIN: (f64, f64) = (1e-5, 6e-8);
+const MARGIN: (f64, f64) = (4e-5, 6e-8);
+
+/// How much of the tolerance the solver may be off, and the least that is asked of it.
+const ACCURACY: f64 = 1e-5;
+const LEAST_ACCURACY: f64 = 1e-9;
 
 /// How much finer than the constraints' the grid is on which the integers are judged.
 const JUDGED_FINER: usize = 100;
@@ -74,7 +78,12 @@ impl OptimalRequest {
     }
 
     pub(super) fn problem(&self, rate: TickRate) -> Problem {
-        Problem { modes: self.modes.clone(), tick_s: rate.period_s(), negative_limit: self.negative_limit }
+        Problem {
+            modes: self.modes.clone(),
+            tick_s: rate.period_s(),
+            negative_limit: self.negative_limit,
+            accuracy: (ACCURACY * self.tolerance).max(LEAST_ACCURACY),
+        }
     }
 
     /// The tolerance that the solver is given.

@@ -55,9 +55,11 @@ impl Problem {
             }
         }
         // Where nothing is left to gain the taps are fewest.
-        let least = self.least_residual(high, None, &mut memory)?;
-        if least.worst <= best.worst {
-            best = least;
+        if step == 1 {
+            let least = self.least_residual(high, None, &mut memory)?;
+            if least.worst <= best.worst {
+                best = least;
+            }
         }
         Ok(Found::Shortest(Shortest { end_tick: high, verdict: best, bound_one_tick_less: low_bound }))
     }

@@ -7,7 +7,8 @@
 use stillbeam_firmware::shaper::Tap;
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 
-use super::fixed_duration::{Problem, RealTaps};
+use super::fixed_duration::{Memory, Problem, RealTaps};
+use super::pole::Pole;
 use crate::error::ShapeError;
 
 /// A weight that the solver means to be zero.
@@ -24,13 +25,14 @@ impl Problem {
         end_tick: u32,
         tolerance: f64,
     ) -> Result<RealTaps, ShapeError> {
+        let mut poles = self.first_poles(end_tick, &Memory::default());
         let mut kept = taps;
         // All that have no weight at once, then halves of the lighter ones, then single taps.
         let weighty = kept.iter().filter(|(_, weight)| weight.abs() > NO_WEIGHT).count();
         let mut dropped = kept.len() - weighty;
         loop {
             let dropping = dropped.clamp(1, kept.len().saturating_sub(1).max(1));
-            match self.without_lightest(&kept, dropping, end_tick, tolerance)? {
+            match self.without_lightest(&kept, dropping, (end_tick, tolerance), &mut poles)? {
                 Some(fewer) => {
                     kept = fewer;
                     dropped = kept.len() / 2;
@@ -39,15 +41,15 @@ impl Problem {
                 None => break,
             }
         }
-        self.without_singles(kept, end_tick, tolerance)
+        self.without_singles(kept, (end_tick, tolerance), &mut poles)
     }
 
     /// Tries every tap once, the lightest first.
     fn without_singles(
         &self,
         mut kept: RealTaps,
-        end_tick: u32,
-        tolerance: f64,
+        (end_tick, tolerance): (u32, f64),
+        poles: &mut Vec<Pole>,
     ) -> Result<RealTaps, ShapeError> {
         let mut tried = 0;
         while tried < kept.len() && kept.len() > 1 {
@@ -55,7 +57,7 @@ impl Problem {
             let Some(&candidate) = order.get(tried) else { break };
             let ticks: Vec<u32> =
                 kept.iter().map(|(tick, _)| *tick).filter(|tick| *tick != candidate).collect();
-            let (fewer, worst) = self.reweighted(&ticks, end_tick)?;
+            let (fewer, worst) = self.reweighted(&ticks, end_tick, tolerance, poles)?;
             if worst <= tolerance {
                 (kept, tried) = (fewer, 0);
             } else {
@@ -69,8 +71,8 @@ impl Problem {
         &self,
         taps: &RealTaps,
         count: usize,
-        end_tick: u32,
-        tolerance: f64,
+        (end_tick, tolerance): (u32, f64),
+        poles: &mut Vec<Pole>,
     ) -> Result<Option<RealTaps>, ShapeError> {
         let Some(heavier) = lightest_first(taps).get(count..).map(<[u32]>::to_vec) else { return Ok(None) };
         if heavier.is_empty() {
@@ -78,7 +80,7 @@ impl Problem {
         }
         let mut ticks = heavier;
         ticks.sort_unstable();
-        let (fewer, worst) = self.reweighted(&ticks, end_tick)?;
+        let (fewer, worst) = self.reweighted(&ticks, end_tick, tolerance, poles)?;
         Ok((worst <= tolerance).then_some(fewer))
     }
 }

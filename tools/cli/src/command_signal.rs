@@ -4,7 +4,7 @@ use std::str::FromStr;
 
 use stillbeam_firmware::machine::HISTORY_SAMPLES;
 use stillbeam_firmware::motion::spec::{NotAMotion, USAGES};
-use stillbeam_firmware::motion::{MotionContext, MotionSpec, MoveLimits};
+use stillbeam_firmware::motion::{MotionContext, MotionSpec, MoveLimits, Profile};
 use stillbeam_firmware::settings::Settings;
 use stillbeam_firmware::shaper::{Cascade, ShaperTable};
 use stillbeam_firmware::units::{MAX_TRAVEL_MM, Nanometres, TickRate};
@@ -56,19 +56,30 @@ pub fn shaped_setpoints_m(
     rate_hz: f64,
     table: Option<&ShaperTable>,
 ) -> Result<Vec<f64>, CliError> {
+    let settings = Settings::default();
+    setpoints_within_m(command, rate_hz, table, settings.limits(), settings.profile())
+}
+
+/// The same with other limits, of which the shaper's gain is filled in, and another profile.
+///
+/// # Errors
+/// As [`shaped_setpoints_m`].
+pub fn setpoints_within_m(
+    command: &MotionCommand,
+    rate_hz: f64,
+    table: Option<&ShaperTable>,
+    limits: MoveLimits,
+    profile: Profile,
+) -> Result<Vec<f64>, CliError> {
     let rate = TickRate::from_hz(rate_hz).ok_or_else(|| {
         let (low, high) = TickRate::RANGE_HZ;
         CliError::Usage(format!("--rate {rate_hz} Hz is outside {low}..{high} Hz"))
     })?;
-    let settings = Settings::default();
     let context = MotionContext {
         start: Nanometres(0),
-        limits: MoveLimits {
-            shaper_gain: table.map_or(1.0, ShaperTable::absolute_gain),
-            ..settings.limits()
-        },
-        profile: settings.profile(),
-        moving_mass_kg: settings.moving_mass_kg(),
+        limits: MoveLimits { shaper_gain: table.map_or(1.0, ShaperTable::absolute_gain), ..limits },
+        profile,
+        moving_mass_kg: Settings::default().moving_mass_kg(),
         rate,
     };
     let mut memory = vec![0; HISTORY_SAMPLES];

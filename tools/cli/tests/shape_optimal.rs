@@ -66,3 +66,33 @@ fn negative_weights_are_checked_against_the_machine() {
     assert_eq!(beyond.code, 2);
     assert!(beyond.messages.contains("560.0 mm/s") && beyond.messages.contains("--allow-negative 0.125"));
 }
+
+#[test]
+fn a_planned_move_is_a_recording_that_simulate_takes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let (out, report) = (path("move.csv"), path("move.html"));
+    let plan = |extra: &[&str]| {
+        let arguments =
+            ["plan", "--distance", "50", "--mode", "1.1,0.0074", "--mode", "6.9,0.0033", "--json", "-"];
+        json(&accepted(&[&arguments[..], extra].concat()))
+    };
+    let numbers = plan(&["--out", &out, "--report", &report, "--reversing"]);
+    let moves = numbers["moves"].as_array().unwrap();
+    assert_eq!(moves.len(), 6);
+    for planned in &moves[4..] {
+        for worst in planned["worst_over_box"].as_array().unwrap() {
+            assert!(worst.as_f64().unwrap() <= 0.02, "{planned}");
+        }
+    }
+    // The quickest move within the limits is the firmware's own S-curve.
+    let duration = |index: usize| moves[index]["duration_s"].as_f64().unwrap();
+    assert!((duration(0) - duration(1)).abs() < 0.003 * duration(1), "{moves:?}");
+    assert!(std::fs::read_to_string(&report).unwrap().contains("<svg"));
+    let recording = stillbeam_recording::read_csv(std::path::Path::new(&out)).unwrap();
+    let setpoints_m = recording.column("setpoint_m").unwrap();
+    assert_eq!((setpoints_m.first(), setpoints_m.last()), (Some(&0.0), Some(&0.05)));
+    refused(&["plan", "--distance", "0", "--mode", "1,0"], &["a distance of 0"]);
+    refused(&["plan", "--distance", "50"], &["no mode"]);
+    refused(&["plan", "--distance", "50", "--mode", "1,0", "--limits", "5"], &["--limits 5", "mm/s³"]);
+}

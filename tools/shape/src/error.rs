@@ -119,6 +119,22 @@ pub enum ShapeError {
         /// The duration that would be needed, seconds, if it is not far longer.
         duration_s: Option<f64>,
     },
+    /// A distance or a limit of a move.
+    #[error("a {what} of {value} has no meaning for a move; give a number above 0")]
+    MoveBound {
+        /// Which.
+        what: &'static str,
+        /// What was given, in metres and seconds.
+        value: f64,
+    },
+    /// A move that would take too long.
+    #[error(
+        "the move would take longer than {longest_s} s; raise its limits, shorten it, or loosen the tolerance"
+    )]
+    LongMove {
+        /// The longest, seconds.
+        longest_s: f64,
+    },
     /// Taps that make no table.
     #[error("{what}; loosen the tolerance or narrow the box")]
     Taps {

@@ -9,6 +9,7 @@
 //! | a table file becomes what is sent to a board, whoever designed it | `board_table` |
 //! | the integer cascade's residual at one frequency | `residual` |
 //! | the shortest shaper for all modes over their boxes | `optimal/` |
+//! | the shortest command for a whole move | `whole_move/` |
 //! | textbook, specified insensitivity or optimal, by name | `stage_type` |
 //! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
 //!
@@ -34,6 +35,7 @@ mod optimal;
 mod residual;
 mod stage_type;
 mod table_file;
+mod whole_move;
 
 pub use board_table::BoardTable;
 pub use checksum::Crc32;
@@ -46,3 +48,4 @@ pub use mode_spec::{DEFAULT_TYPE, StagePlan, parse_mode, parse_stage, parse_type
 pub use optimal::{ModeBox, OptimalRequest, OptimalShaper, ROUNDING, worst_over_box};
 pub use residual::cascade_residual;
 pub use stage_type::{KnownStageTypes, StageType};
+pub use whole_move::{MoveBounds, MoveRequest, PlayedMove, command_residual};

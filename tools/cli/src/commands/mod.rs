@@ -8,6 +8,7 @@ pub mod flash;
 pub mod identify;
 pub mod model;
 pub mod paper;
+pub mod plan;
 pub mod record;
 pub mod shape;
 pub mod simulate;
@@ -42,6 +43,7 @@ enum Command {
     Identify(identify::IdentifyArgs),
     Convert(convert::ConvertArgs),
     Shape(shape::ShapeArgs),
+    Plan(plan::PlanArgs),
     Simulate(simulate::SimulateArgs),
     Model(model::ModelArgs),
     Console(console::ConsoleArgs),
@@ -63,6 +65,7 @@ impl Cli {
             Command::Identify(args) => args.run(streams),
             Command::Convert(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),
+            Command::Plan(args) => args.run(streams),
             Command::Simulate(args) => args.run(streams),
             Command::Model(args) => args.run(streams),
             Command::Console(args) => args.run(streams),

@@ -1,20 +1,14 @@
 //! `stillbeam shape`: from modes to a table.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
-use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
-use stillbeam_firmware::units::TickRate;
-use stillbeam_shape::{
-    DEFAULT_TYPE, KnownStageTypes, ModeBox, OptimalRequest, ShapeError, ShaperDesign, StagePlan, StageType,
-    parse_stage,
-};
+use stillbeam_shape::{DEFAULT_TYPE, KnownStageTypes, OptimalRequest, ShaperDesign, StageType};
 
 use crate::error::CliError;
-use crate::identification::modes_file::ChosenModes;
 use crate::outputs::keep_apart;
 use crate::report::shape_page::shape_page;
-use crate::shaping::{MachineLimits, Uncertainty, mode_boxes};
+use crate::shaping::{MachineLimits, ModeSelection, Task, board_rate_hz};
 use crate::streams::{Streams, json_on_stdout};
 
 /// Design a shaper, exactly as the board runs it: one stage per mode, or the shortest for all modes at once.
@@ -26,19 +20,8 @@ Example:
   stillbeam shape --optimal --tolerance 0.02 --box modes.json --json table.json
   stillbeam shape --optimal --mode 1.1,0.0074 --mode 6.9,0.0033 --box 5% --report shaper.html")]
 pub struct ShapeArgs {
-    #[arg(
-        long = "mode",
-        value_name = "F_HZ,ZETA[,TYPE]",
-        allow_hyphen_values = true,
-        help = format!("A mode: undamped frequency in Hz, damping ratio, and {KnownStageTypes}; may be repeated")
-    )]
-    modes: Vec<String>,
-    /// Take the modes from what `identify --json` wrote
-    #[arg(long, value_name = "FILE", conflicts_with = "modes")]
-    modes_from: Option<PathBuf>,
-    /// Which of the file's modes, counted from 1; by default all
-    #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', conflicts_with = "modes")]
-    chosen: Vec<usize>,
+    #[command(flatten)]
+    modes: ModeSelection,
     #[arg(
         long = "type",
         value_name = "TYPE",
@@ -74,10 +57,6 @@ pub struct ShapeArgs {
     /// Ticks per second; the board runs the nearest rate that divides its timer clock
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
-    /// Where the modes may be: ±PCT of frequency and damping ratio, ±PCT,PCT of each, or a FILE of `identify --json`
-    /// with a box for every mode
-    #[arg(long = "box", default_value = "5%", value_name = "PCT|FILE", allow_negative_numbers = true)]
-    uncertainty: String,
     /// Write the table as JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
@@ -86,25 +65,19 @@ pub struct ShapeArgs {
     report: Option<String>,
 }
 
-/// What is to be designed.
-struct Task {
-    plans: Vec<StagePlan>,
-    boxes: Vec<ModeBox>,
-    /// The boxes in words.
-    described: String,
-}
-
 impl ShapeArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
-        let uncertainty: Uncertainty = self.uncertainty.parse()?;
-        let box_file = match &uncertainty {
-            Uncertainty::File(path) => Some(path.as_path()),
-            Uncertainty::Fractions { .. } => None,
-        };
-        let inputs = [self.modes_from.as_deref(), box_file];
-        keep_apart(inputs.into_iter().flatten(), [self.json.as_deref(), self.report.as_deref()])?;
-        let task = self.task(&uncertainty, box_file)?;
-        let rate_hz = self.board_rate_hz(streams);
+        let kind: StageType = self.kind.parse()?;
+        if kind == StageType::Optimal {
+            return Err(CliError::Usage(
+                "--type optimal: say --optimal; it is one shaper for all modes".to_owned(),
+            ));
+        }
+        let inputs = self.modes.files();
+        let inputs = inputs.iter().map(PathBuf::as_path);
+        keep_apart(inputs, [self.json.as_deref(), self.report.as_deref()])?;
+        let task = self.modes.task(kind)?;
+        let rate_hz = board_rate_hz(self.rate, streams);
         let design = if self.optimal {
             self.solve(&task, rate_hz, streams)?
         } else {
@@ -121,47 +94,6 @@ impl ShapeArgs {
             streams.write_text(file, &shape_page(&design, &table, &task.boxes, &task.described))?;
         }
         Ok(())
-    }
-
-    /// The rate that the board runs when it is asked for this one, so that its table is the same to the bit. A rate that
-    /// no board takes is left for the design to refuse.
-    fn board_rate_hz(&self, streams: &mut Streams<'_>) -> f64 {
-        let Some(wanted) = TickRate::from_hz(self.rate) else { return self.rate };
-        let attainable_hz = wanted.attainable(TIMER_CLOCK_HZ).hz();
-        if attainable_hz != self.rate {
-            streams.say(&format!(
-                "the board's timer runs {attainable_hz} Hz for {} Hz; designed for that",
-                self.rate
-            ));
-        }
-        attainable_hz
-    }
-
-    /// The modes, from the command line, from their file or else from the file of the boxes, and their boxes.
-    fn task(&self, uncertainty: &Uncertainty, box_file: Option<&Path>) -> Result<Task, CliError> {
-        let kind: StageType = self.kind.parse()?;
-        if kind == StageType::Optimal {
-            return Err(CliError::Usage(
-                "--type optimal: say --optimal; it is one shaper for all modes".to_owned(),
-            ));
-        }
-        let file = match (self.modes.is_empty(), self.modes_from.as_deref()) {
-            (true, Some(file)) => Some(file),
-            (true, None) => box_file,
-            (false, _) => None,
-        };
-        let chosen = file.map(|file| ChosenModes::read(file, &self.chosen)).transpose()?;
-        let plans = match &chosen {
-            Some(chosen) => {
-                let modes = chosen.shaped(kind.textbook().unwrap_or(DEFAULT_TYPE))?;
-                modes.into_iter().map(|mode| StagePlan { mode, kind }).collect()
-            }
-            None if self.modes.is_empty() => return Err(ShapeError::NoModes.into()),
-            None => self.modes.iter().map(|spec| parse_stage(spec, kind)).collect::<Result<Vec<_>, _>>()?,
-        };
-        let same_file = chosen.as_ref().filter(|_| file == box_file);
-        let boxes = mode_boxes(&plans, uncertainty, same_file)?;
-        Ok(Task { plans, boxes, described: uncertainty.describe() })
     }
 
     fn solve(&self, task: &Task, rate_hz: f64, streams: &mut Streams<'_>) -> Result<ShaperDesign, CliError> {

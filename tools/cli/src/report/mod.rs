@@ -10,6 +10,7 @@ mod heat_map;
 pub mod identify_page;
 pub mod page;
 pub mod paper_page;
+pub mod plan_page;
 pub mod plot;
 pub mod second_opinions;
 pub mod shape_page;

@@ -1,7 +1,12 @@
-//! What `stillbeam shape` is asked for: where modes may be, and what the machine stands.
+//! What `stillbeam shape` and `stillbeam plan` are asked for: which modes and where they may be, what the machine stands, and what
+//! there is to compare with.
 
+mod comparison;
 mod machine;
+mod selection;
 mod uncertainty;
 
+pub use comparison::{ComparedMove, compare_moves};
 pub use machine::{MachineLimits, MoveCheck};
+pub use selection::{ModeSelection, Task, board_rate_hz};
 pub use uncertainty::{Uncertainty, mode_boxes};

@@ -17,7 +17,7 @@ const FEWEST: f64 = 3.0;
 /// The most intervals that a constraint grid starts with: more would slow the solver, and the search adds what is missing.
 const MOST: usize = 12;
 /// How much finer the residual is searched.
-pub(super) const FINER: usize = 15;
+pub(crate) const FINER: usize = 15;
 /// Intervals along an edge of damping ratios: the residual hardly bends there.
 const DAMPING_INTERVALS: usize = 1;
 
@@ -67,7 +67,7 @@ fn edges(mode: &ModeBox) -> Vec<Edge> {
 }
 
 /// The constraint grid on the edge of a box for shapers of this duration.
-pub(super) fn grid(mode: &ModeBox, duration_s: f64) -> Vec<Pole> {
+pub(crate) fn grid(mode: &ModeBox, duration_s: f64) -> Vec<Pole> {
     edges(mode).iter().flat_map(|edge| along(edge, edge.intervals(duration_s).min(MOST))).collect()
 }
 
@@ -77,14 +77,14 @@ fn along(edge: &Edge, intervals: usize) -> impl Iterator<Item = Pole> + '_ {
 
 /// A local maximum of the residual on the edge of a box.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Peak {
-    pub(super) pole: Pole,
-    pub(super) residual: f64,
+pub(crate) struct Peak {
+    pub(crate) pole: Pole,
+    pub(crate) residual: f64,
 }
 
 /// All local maxima of a residual over the edge of a box: found on a grid `finer` times finer than the constraints',
 /// then placed by parabolas.
-pub(super) fn peaks(
+pub(crate) fn peaks(
     mode: &ModeBox,
     duration_s: f64,
     finer: usize,

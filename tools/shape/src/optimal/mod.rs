@@ -14,10 +14,10 @@
 //!
 //! docs/derivations.md has the proofs.
 
-mod boundary;
+pub(crate) mod boundary;
 mod fixed_duration;
 mod infeasible;
-mod pole;
+pub(crate) mod pole;
 mod programme;
 mod request;
 mod search;

@@ -4,27 +4,27 @@ use std::ops::{Add, AddAssign, Mul};
 
 /// A complex number.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Complex {
-    pub(super) re: f64,
-    pub(super) im: f64,
+pub(crate) struct Complex {
+    pub(crate) re: f64,
+    pub(crate) im: f64,
 }
 
 impl Complex {
-    pub(super) fn from_polar(magnitude: f64, angle: f64) -> Self {
+    pub(crate) fn from_polar(magnitude: f64, angle: f64) -> Self {
         let (sine, cosine) = angle.sin_cos();
         Self { re: magnitude * cosine, im: magnitude * sine }
     }
 
-    pub(super) fn magnitude(self) -> f64 {
+    pub(crate) fn magnitude(self) -> f64 {
         self.re.hypot(self.im)
     }
 
     /// The real part of the product with the other's conjugate.
-    pub(super) fn along(self, other: Self) -> f64 {
+    pub(crate) fn along(self, other: Self) -> f64 {
         self.re * other.re + self.im * other.im
     }
 
-    pub(super) fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { re: factor * self.re, im: factor * self.im }
     }
 }
@@ -51,13 +51,13 @@ impl Mul for Complex {
 
 /// A mode's pole: −`decay_per_s` ± j`omega_damped`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pole {
-    pub(super) decay_per_s: f64,
-    pub(super) omega_damped: f64,
+pub(crate) struct Pole {
+    pub(crate) decay_per_s: f64,
+    pub(crate) omega_damped: f64,
 }
 
 impl Pole {
-    pub(super) fn new(frequency_hz: f64, damping_ratio: f64) -> Self {
+    pub(crate) fn new(frequency_hz: f64, damping_ratio: f64) -> Self {
         let omega = std::f64::consts::TAU * frequency_hz;
         Self {
             decay_per_s: damping_ratio * omega,
@@ -66,12 +66,12 @@ impl Pole {
     }
 
     /// What is left at `end_s` of the ringing that a unit impulse at `time_s` starts, with its phase.
-    pub(super) fn ringing(&self, time_s: f64, end_s: f64) -> Complex {
+    pub(crate) fn ringing(&self, time_s: f64, end_s: f64) -> Complex {
         Complex::from_polar((self.decay_per_s * (time_s - end_s)).exp(), self.omega_damped * time_s)
     }
 
     /// The factor between the ringing of an impulse and of one `step_s` later.
-    pub(super) fn step(&self, step_s: f64) -> Complex {
+    pub(crate) fn step(&self, step_s: f64) -> Complex {
         Complex::from_polar((self.decay_per_s * step_s).exp(), self.omega_damped * step_s)
     }
 }

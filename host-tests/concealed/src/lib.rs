@@ -4,5 +4,7 @@
 //! integrator with stick and slip as events, its own formulation of every law, camera and encoder as devices. The
 //! tools are run as a program on files; the answer is sealed before and opened after.
 
+pub mod case;
 pub mod random;
+pub mod refit;
 pub mod truth;

@@ -154,11 +154,15 @@ impl BeamMachine {
         if count + 1 > MOST {
             return None;
         }
-        let modes = self.strip.modes(count)?;
+        self.plant_of(&self.strip.modes(count)?)
+    }
+
+    /// The same for modes that are known already, one per damping ratio.
+    pub fn plant_of(&self, modes: &StripModes) -> Option<LinearPlant> {
         match (self.input, self.servo) {
-            (InputKind::Force, _) => self.on_a_free_base(&modes),
-            (InputKind::Setpoint, Some(servo)) => Some(self.behind_a_servo(&modes, servo)),
-            _ => Some(self.on_a_moved_base(&modes)),
+            (InputKind::Force, _) => self.on_a_free_base(modes),
+            (InputKind::Setpoint, Some(servo)) => Some(self.behind_a_servo(modes, servo)),
+            _ => Some(self.on_a_moved_base(modes)),
         }
     }
 

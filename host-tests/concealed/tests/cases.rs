@@ -1,0 +1,37 @@
+//! Cases are what they are said to be, repeat with their seed, and hold nothing that a lab would not have.
+
+use stillbeam_concealed::case::Concealment;
+use stillbeam_concealed::case::maker::make;
+
+/// The published seed's first round, one of every kind.
+#[test]
+fn every_kind_of_case_meets_its_definition() {
+    for number in [0, 1, 2, 3, 4, 9, 14] {
+        let begun = std::time::Instant::now();
+        let case = make(1, number).unwrap();
+        let truth = &case.truth;
+        let measured = &truth.measured;
+        println!(
+            "{number} {:?} {} {:?} {:?} {measured:?} redrawn {} in {:?}",
+            truth.concealment, truth.machine, truth.physics, truth.outside, truth.redrawn, begun.elapsed()
+        );
+        let absorbed = measured.hidden_share.iter().all(|share| *share >= 0.7);
+        match Concealment::of_case(number) {
+            Concealment::Visible => assert!(measured.left_over_noise >= 3.0 && !absorbed),
+            Concealment::Absorbed => assert!(measured.left_over_noise >= 2.0 && absorbed),
+            Concealment::Buried => assert!((0.5..=2.0).contains(&measured.left_over_noise)),
+            Concealment::Masked => assert!(measured.mask_over_noise >= 1.0 || truth.without_encoder),
+            Concealment::Null | Concealment::Decoy => {
+                assert!(truth.physics.is_empty() && truth.outside.is_empty());
+            }
+            Concealment::Outside => assert!(truth.physics.is_empty() && truth.outside.len() == 1),
+        }
+        assert!(measured.null_over_noise < 0.15, "the nominal model itself is not good enough");
+    }
+}
+
+#[test]
+fn a_case_repeats_with_its_seed() {
+    assert_eq!(make(5, 4).unwrap(), make(5, 4).unwrap());
+    assert_ne!(make(5, 4).unwrap().runs, make(6, 4).unwrap().runs);
+}

@@ -1,0 +1,82 @@
+//! `stillbeam-prove`: the bench as a program; `cargo xtask prove` builds the tool and calls it.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use stillbeam_concealed::run::{Bench, run};
+use stillbeam_concealed::score::page::{Making, page};
+use stillbeam_concealed::seal::digest;
+
+const USAGE: &str =
+    "usage: stillbeam-prove --tool PROGRAM [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
+                       [--jobs N] [--resume] [--page FILE.md]
+
+  --tool PROGRAM    the stillbeam program to test
+  --cases N         how many cases (300)
+  --seed S          seed of the cases (1)
+  --out FOLDER      where cases, seals, answers and scores go (target/prove)
+  --limit SECONDS   time that the tool has per case, one thread (60)
+  --jobs N          cases at a time (2)
+  --resume          keep the scores that are there
+  --page FILE.md    write the results page";
+
+fn main() -> ExitCode {
+    match bench() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("stillbeam-prove: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn bench() -> Result<(), String> {
+    let mut bench = Bench {
+        tool: PathBuf::new(),
+        out: PathBuf::from("target/prove"),
+        seed: 1,
+        cases: 300,
+        jobs: 2,
+        limit_s: 60.0,
+        resume: false,
+    };
+    let mut page_file = None;
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
+        match word.as_str() {
+            "--tool" => bench.tool = PathBuf::from(value()?),
+            "--out" => bench.out = PathBuf::from(value()?),
+            "--cases" => bench.cases = number(&value()?)?,
+            "--seed" => bench.seed = number(&value()?)?,
+            "--jobs" => bench.jobs = number(&value()?)?,
+            "--limit" => bench.limit_s = number(&value()?)?,
+            "--page" => page_file = Some(PathBuf::from(value()?)),
+            "--resume" => bench.resume = true,
+            _ => return Err(format!("unknown option {word}\n{USAGE}")),
+        }
+    }
+    // The tool runs in the cases' folders.
+    bench.tool = bench.tool.canonicalize().map_err(|error| format!("--tool: {error}\n{USAGE}"))?;
+    let program = std::fs::read(&bench.tool).map_err(|error| format!("{}: {error}", bench.tool.display()))?;
+    let version = std::process::Command::new(&bench.tool).arg("--version").output();
+    let version = version.map_err(|error| format!("{}: {error}", bench.tool.display()))?;
+    let scores = run(&bench, &|line| eprintln!("{line}")).map_err(|error| error.to_string())?;
+    let making = Making {
+        seed: bench.seed,
+        cases: bench.cases,
+        limit_s: bench.limit_s,
+        tool_version: String::from_utf8_lossy(&version.stdout).trim().to_owned(),
+        tool_digest: digest(&program),
+    };
+    let text = page(&making, &scores);
+    match page_file {
+        Some(file) => std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?,
+        None => print!("{text}"),
+    }
+    Ok(())
+}
+
+fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| format!("{text}: not a number of that kind\n{USAGE}"))
+}

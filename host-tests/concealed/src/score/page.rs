@@ -1,0 +1,213 @@
+//! The results page.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+use super::judge::{Mark, Score};
+use super::tables::{Tally, by_kind, by_law, confusion, goals, held_out_ratios, median};
+use crate::seal::digest;
+
+/// What a page says about its own making.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Making {
+    /// Seed of the cases.
+    pub seed: u64,
+    /// Cases asked for.
+    pub cases: usize,
+    /// Seconds that the tool had per case.
+    pub limit_s: f64,
+    /// What the tool calls itself.
+    pub tool_version: String,
+    /// SHA-256 of the tool's program file.
+    pub tool_digest: String,
+}
+
+/// The page in Markdown; scores in the order of their numbers.
+pub fn page(making: &Making, scores: &[Score]) -> String {
+    let mut text = String::new();
+    // Writing into a string cannot fail.
+    let _ = head(&mut text, making, scores);
+    let _ = failures(&mut text, scores);
+    let _ = marks(&mut text, scores);
+    let _ = numbers(&mut text, scores);
+    let _ = matrix(&mut text, scores);
+    let _ = list(&mut text, scores);
+    text
+}
+
+fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Result {
+    let all: String = scores.iter().map(|score| score.commitment.as_str()).collect();
+    write!(
+        text,
+        "# Concealed physics: what `stillbeam diagnose` finds\n\n\
+         Made by `cargo xtask prove --cases {} --seed {} --limit {:.0} --page docs/results/proof.md`; tool {} (program file SHA-256 {}...), \
+         {} cases, one thread and at most {:.0} s each.\n\n\
+         Every case is a machine from a simulator that shares no code with the tool ([how](../../host-tests/concealed/src/lib.rs)): \
+         a lab's model with fewer modes and wrong parameters, three recordings to train on and two held out. The truth was sealed before the tool ran \
+         (SHA-256 of all commitments in order: `{}`) and opened after it had answered.\n\n",
+        making.cases,
+        making.seed,
+        making.limit_s,
+        making.tool_version,
+        &making.tool_digest[..making.tool_digest.len().min(12)],
+        scores.len(),
+        making.limit_s,
+        digest(all.as_bytes()),
+    )?;
+    text.push_str("| goal | reached | met |\n|---|---|---|\n");
+    for goal in goals(scores) {
+        let met = match goal.met {
+            Some(true) => "yes",
+            Some(false) => "**no**",
+            None => "no case",
+        };
+        writeln!(text, "| {} | {} | {met} |", goal.words, goal.reached)?;
+    }
+    Ok(())
+}
+
+fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    text.push_str("\n## What it fails at\n\n");
+    let bad = |mark: Mark| scores.iter().filter(|score| score.mark == mark).count();
+    let in_catalogue = |law: &str| scores.iter().any(|score| score.truth.iter().any(|each| each == law));
+    let missing = scores.iter().filter(|score| !score.truth.is_empty()).count();
+    writeln!(
+        text,
+        "Of {missing} cases with physics of the catalogue missing, {} were named rightly and {} were left in a tie that holds the truth. In all cases, {} answers name \
+         something that is not there, {} times the tool took a model for adequate that is not, {} times it saw a mismatch and gave it no name, and {} times it gave no answer in the time.\n",
+        scores.iter().filter(|s| s.mark == Mark::Right && !s.truth.is_empty()).count(),
+        bad(Mark::Tied),
+        bad(Mark::Wrong),
+        bad(Mark::Missed),
+        bad(Mark::Unexplained),
+        bad(Mark::NoAnswer),
+    )?;
+    let never: Vec<String> = by_law(scores)
+        .into_iter()
+        .filter(|(law, _)| in_catalogue(law))
+        .filter(|(_, tally)| tally.count(Mark::Right) + tally.count(Mark::Tied) == 0)
+        .map(|(law, tally)| format!("{law} ({})", tally.total()))
+        .collect();
+    if !never.is_empty() {
+        writeln!(text, "Never right nor tied (cases): {}.\n", never.join(", "))?;
+    }
+    let wrong: Vec<String> = scores
+        .iter()
+        .filter(|score| score.mark == Mark::Wrong)
+        .map(|score| format!("{}: {} for {}", score.number, names(&score.named), there(score)))
+        .collect();
+    if !wrong.is_empty() {
+        writeln!(text, "Wrong names, by case:\n\n- {}\n", wrong.join("\n- "))?;
+    }
+    Ok(())
+}
+
+fn marks(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    let rows = |text: &mut String, title: &str, rows: Vec<(String, Tally)>| -> std::fmt::Result {
+        let heads: Vec<&str> = Mark::ALL.iter().map(|mark| mark.words()).collect();
+        writeln!(text, "| {title} | cases | {} |", heads.join(" | "))?;
+        writeln!(text, "|---|{}", "---|".repeat(Mark::ALL.len() + 1))?;
+        for (name, tally) in rows {
+            let counts: Vec<String> = Mark::ALL
+                .iter()
+                .map(|mark| match tally.count(*mark) {
+                    0 => String::new(),
+                    count => count.to_string(),
+                })
+                .collect();
+            writeln!(text, "| {name} | {} | {} |", tally.total(), counts.join(" | "))?;
+        }
+        Ok(())
+    };
+    text.push_str("\n## By kind of concealment\n\n");
+    let kinds = by_kind(scores).into_iter().map(|(kind, tally)| (kind.word().to_owned(), tally));
+    rows(text, "kind", kinds.collect())?;
+    text.push_str(
+        "\nVisible: a linear refit leaves at least three times the noise. Absorbed: a refit of any single recording hides at least 70 % of the effect. Buried: a refit of all leaves \
+         between half and twice the noise. Masked: a second effect, an unknown disturbance, or no base encoder. Null: nothing missing. Decoy: only parameters wrong, \
+         up to 6 % in Young's modulus and 24 % in damping. Outside: a law in no catalogue. \"Unexplained\" is right for the last and honest elsewhere.\n\n## By law\n\n",
+    );
+    rows(text, "law", by_law(scores).into_iter().collect())
+}
+
+fn numbers(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    let share = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.3}"));
+    let errors: Vec<f64> =
+        scores.iter().flat_map(|s| &s.parameters).filter(|p| p.truth != 0.0).map(|p| p.error.abs()).collect();
+    let right = || scores.iter().filter(|score| score.mark == Mark::Right).flat_map(|s| &s.held_out);
+    let over_refit: Vec<f64> = right().filter_map(|h| Some(h.extended? / h.refitted?)).collect();
+    let to_truth: Vec<f64> = right().filter_map(|h| Some(h.extended_to_truth? / h.floor)).collect();
+    let count = errors.len();
+    writeln!(text, "\n## Numbers where rightly named\n\n| | median | cases |\n|---|---|---|")?;
+    writeln!(text, "| relative error of a parameter | {} | {count} |", share(median(errors)))?;
+    let ratios = held_out_ratios(scores);
+    let count = ratios.len();
+    writeln!(text, "| held-out error over the noise floor | {} | {count} |", share(median(ratios)))?;
+    let count = over_refit.len();
+    writeln!(
+        text,
+        "| held-out error over that of the linear refit | {} | {count} |",
+        share(median(over_refit))
+    )?;
+    let count = to_truth.len();
+    writeln!(
+        text,
+        "| extended model against the noise-free truth, over the noise floor | {} | {count} |",
+        share(median(to_truth))
+    )?;
+    let seconds: Vec<f64> = scores.iter().map(|score| score.seconds).collect();
+    writeln!(text, "| seconds per case, one thread | {} | {} |", share(median(seconds)), scores.len())
+}
+
+fn matrix(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    let matrix = confusion(scores);
+    let said: BTreeSet<&String> = matrix.values().flat_map(|row| row.keys()).collect();
+    text.push_str("\n## What was said of what was there\n\nCases with one law or none; a case with two names counts twice.\n\n| there |");
+    for column in &said {
+        write!(text, " {} |", column.replace('_', " "))?;
+    }
+    writeln!(text, "\n|---|{}", "---|".repeat(said.len()))?;
+    for (row, counts) in &matrix {
+        write!(text, "| {row} |")?;
+        for column in &said {
+            match counts.get(*column) {
+                Some(count) => write!(text, " {count} |")?,
+                None => text.push_str(" |"),
+            }
+        }
+        text.push('\n');
+    }
+    Ok(())
+}
+
+fn list(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    text.push_str(
+        "\n## Every case\n\n\"Left\": what a linear refit leaves of the truth, over the noise. The commitment's first digits.\n\n\
+         | case | kind | machine | left | there | answer | mark | s | commitment |\n|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for score in scores {
+        let said = if score.named.is_empty() { score.verdict.clone() } else { names(&score.named) };
+        writeln!(
+            text,
+            "| {} | {} | {} | {:.1} | {} | {said} | {} | {:.0} | `{}` |",
+            score.number,
+            score.concealment.word(),
+            score.machine,
+            score.left_over_noise,
+            there(score),
+            score.mark.words(),
+            score.seconds,
+            &score.commitment[..score.commitment.len().min(8)],
+        )?;
+    }
+    Ok(())
+}
+
+fn names(laws: &[String]) -> String {
+    laws.join(" + ")
+}
+
+fn there(score: &Score) -> String {
+    let all: Vec<String> = score.truth.iter().chain(&score.outside).cloned().collect();
+    if all.is_empty() { "nothing".to_owned() } else { names(&all) }
+}

@@ -7,6 +7,7 @@
 //! [`score`] opens the seal and judges.
 
 pub mod case;
+mod patience;
 pub mod random;
 pub mod refit;
 pub mod run;

@@ -3,24 +3,23 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use thiserror::Error;
 
 use crate::case::files::{MODEL, recording, write_case};
 use crate::case::maker::{MakeError, make};
 use crate::case::{Role, Truth};
+use crate::patience::{Ended, Finished, wait};
 use crate::score::answer::Answer;
 use crate::score::judge::{Score, held_out, mark, parameters};
 use crate::seal::{SealError, open, seal};
 
-/// How often a running tool is looked at.
-const LOOK: Duration = Duration::from_millis(40);
-/// Seconds for a free run of the extended model.
+/// Processor seconds for a free run of the extended model.
 const SIMULATION_LIMIT_S: f64 = 20.0;
 /// The tool's answer in a case's folder.
 const ANSWER: &str = "answer.json";
@@ -40,7 +39,7 @@ pub struct Bench {
     pub cases: usize,
     /// Cases at a time; each runs the tool on one thread.
     pub jobs: usize,
-    /// Wall-clock seconds that the tool has per case.
+    /// Processor seconds that the tool has per case.
     pub limit_s: f64,
     /// Keep scores that are there.
     pub resume: bool,
@@ -169,22 +168,20 @@ impl Bench {
         let mut command = Command::new(&self.tool);
         command.arg("diagnose").arg(MODEL).args(of(Role::Train)).arg("--held-out").args(of(Role::HeldOut));
         command.args(["--json", ANSWER, "--extended-model", EXTENDED]);
-        let begun = Instant::now();
-        let how = self.run_tool(command, folder, self.limit_s)?;
-        let seconds = begun.elapsed().as_secs_f64();
-        let answer = match how {
+        let Finished { how, seconds } = self.run_tool(command, folder, self.limit_s)?;
+        let answer = match &how {
             Ended::Well => fs::read_to_string(folder.join(ANSWER)).ok().and_then(|text| Answer::read(&text)),
             _ => None,
         };
         let why = match how {
             Ended::Well => "answer without the fields of schema version 1".to_owned(),
-            Ended::Badly(code) => format!("exit {code}"),
+            Ended::Badly(how) => how,
             Ended::Late => format!("over {:.0} s", self.limit_s),
         };
         Ok(Asked { answer, why, seconds })
     }
 
-    fn run_tool(&self, mut command: Command, folder: &Path, limit_s: f64) -> Result<Ended, BenchError> {
+    fn run_tool(&self, mut command: Command, folder: &Path, limit_s: f64) -> Result<Finished, BenchError> {
         let log =
             fs::File::create(folder.join("messages.txt")).map_err(|source| file_error(folder, source))?;
         let started = command
@@ -251,7 +248,7 @@ impl Bench {
             let mut command = Command::new(&self.tool);
             command.arg("simulate").arg(EXTENDED).arg("--input").arg(recording(Path::new(""), name));
             command.args(["--out", &out]);
-            let ended = self.run_tool(command, folder, SIMULATION_LIMIT_S)?;
+            let ended = self.run_tool(command, folder, SIMULATION_LIMIT_S)?.how;
             let text = match ended {
                 Ended::Well => fs::read_to_string(folder.join(&out)).unwrap_or_default(),
                 _ => String::new(),
@@ -286,29 +283,6 @@ struct Asked {
     answer: Option<Answer>,
     why: String,
     seconds: f64,
-}
-
-enum Ended {
-    Well,
-    Badly(String),
-    Late,
-}
-
-/// Waits for a child of ours, and ends it when its time is over.
-fn wait(mut child: Child, limit_s: f64) -> io::Result<Ended> {
-    let begun = Instant::now();
-    loop {
-        if let Some(status) = child.try_wait()? {
-            let code = status.code().map_or_else(|| "by a signal".to_owned(), |code| code.to_string());
-            return Ok(if status.success() { Ended::Well } else { Ended::Badly(code) });
-        }
-        if begun.elapsed().as_secs_f64() > limit_s {
-            child.kill()?;
-            child.wait()?;
-            return Ok(Ended::Late);
-        }
-        thread::sleep(LOOK);
-    }
 }
 
 fn file_error(path: &Path, source: io::Error) -> BenchError {

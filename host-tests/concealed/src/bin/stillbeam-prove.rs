@@ -15,7 +15,7 @@ const USAGE: &str =
   --cases N         how many cases (300)
   --seed S          seed of the cases (1)
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
-  --limit SECONDS   time that the tool has per case, one thread (60)
+  --limit SECONDS   processor time that the tool has per case, one thread (24)
   --jobs N          cases at a time (2)
   --resume          keep the scores that are there
   --page FILE.md    write the results page";
@@ -37,7 +37,7 @@ fn bench() -> Result<(), String> {
         seed: 1,
         cases: 300,
         jobs: 2,
-        limit_s: 60.0,
+        limit_s: 24.0,
         resume: false,
     };
     let mut page_file = None;

@@ -105,7 +105,7 @@ pub struct Score {
     pub held_out: Vec<HeldOut>,
     /// What a linear refit leaves over the noise, from the seal.
     pub left_over_noise: f64,
-    /// Wall-clock seconds of the tool.
+    /// Processor seconds of the tool, on one thread.
     pub seconds: f64,
 }
 

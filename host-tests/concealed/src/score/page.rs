@@ -14,7 +14,7 @@ pub struct Making {
     pub seed: u64,
     /// Cases asked for.
     pub cases: usize,
-    /// Seconds that the tool had per case.
+    /// Processor seconds that the tool had per case.
     pub limit_s: f64,
     /// What the tool calls itself.
     pub tool_version: String,
@@ -41,7 +41,7 @@ fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Resul
         text,
         "# Concealed physics: what `stillbeam diagnose` finds\n\n\
          Made by `cargo xtask prove --cases {} --seed {} --limit {:.0} --page docs/results/proof.md`; tool {} (program file SHA-256 {}...), \
-         {} cases, one thread and at most {:.0} s each.\n\n\
+         {} cases, one thread and at most {:.0} processor seconds each.\n\n\
          Every case is a machine from a simulator that shares no code with the tool ([how](../../host-tests/concealed/src/lib.rs)): \
          a lab's model with fewer modes and wrong parameters, three recordings to train on and two held out. The truth was sealed before the tool ran \
          (SHA-256 of all commitments in order: `{}`) and opened after it had answered.\n\n",
@@ -156,7 +156,7 @@ fn numbers(text: &mut String, scores: &[Score]) -> std::fmt::Result {
         share(median(to_truth))
     )?;
     let seconds: Vec<f64> = scores.iter().map(|score| score.seconds).collect();
-    writeln!(text, "| seconds per case, one thread | {} | {} |", share(median(seconds)), scores.len())
+    writeln!(text, "| processor seconds per case | {} | {} |", share(median(seconds)), scores.len())
 }
 
 fn matrix(text: &mut String, scores: &[Score]) -> std::fmt::Result {

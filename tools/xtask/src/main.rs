@@ -8,6 +8,7 @@ mod firmware;
 mod fuzz;
 mod interrupt;
 mod libtest;
+mod prove;
 mod run;
 mod setup;
 mod size;
@@ -25,6 +26,8 @@ const USAGE: &str = "usage: cargo xtask CHORE
   check-interrupt      build the image and prove that its tick never panics, locks or emulates floats
   bench-firmware       count the tick's instructions in the emulator and record them in docs/results
   fuzz [--runs N]      let libFuzzer look for inputs that the console, files and frames do not survive
+  prove [OPTION ...]   diagnose sealed cases of concealed physics and score the answers; --cases N, --seed S,
+                       --resume, --page FILE.md and more (prove --help)
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -61,6 +64,7 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["check-interrupt"] => interrupt::check_interrupt()?,
         ["fuzz"] => fuzz::fuzz(fuzz::DEFAULT_RUNS)?,
         ["fuzz", "--runs", runs] => fuzz::fuzz(number(runs)?)?,
+        ["prove", options @ ..] => prove::prove(options)?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
         ["setup"] => setup::everything()?,

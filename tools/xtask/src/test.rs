@@ -9,7 +9,7 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::libtest::Tally;
 use crate::run::{cannot_start, describe, run, say};
-use crate::{bench_firmware, firmware, fuzz, interrupt, setup, size};
+use crate::{bench_firmware, firmware, fuzz, interrupt, prove, setup, size};
 
 /// Set for the emulator tests: the image to boot.
 const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
@@ -43,6 +43,7 @@ pub fn test() -> Result<ExitCode, Failure> {
     }
     let image = image.filter(|_| emulator.is_some());
     outcome.tests(image.as_deref())?;
+    outcome.step("twenty concealed cases", prove::subset);
     if fuzzer.is_some() {
         outcome.step("a short run of libFuzzer", fuzz::short);
     }

@@ -4,21 +4,25 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use stillbeam_concealed::run::{Bench, run};
+use stillbeam_concealed::score::judge::Mark;
 use stillbeam_concealed::score::page::{Making, page};
+use stillbeam_concealed::score::tables::Tally;
 use stillbeam_concealed::seal::digest;
 
 const USAGE: &str =
-    "usage: stillbeam-prove --tool PROGRAM [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
-                       [--jobs N] [--resume] [--page FILE.md]
+    "usage: stillbeam-prove [--tool PROGRAM] [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
+                       [--jobs N] [--resume] [--page FILE.md] [--least-right N] [--most-wrong N]
 
-  --tool PROGRAM    the stillbeam program to test
+  --tool PROGRAM    the stillbeam program to test (the one beside this program)
   --cases N         how many cases (300)
   --seed S          seed of the cases (1)
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
   --limit SECONDS   processor time that the tool has per case, one thread (24)
   --jobs N          cases at a time (2)
   --resume          keep the scores that are there
-  --page FILE.md    write the results page";
+  --page FILE.md    write the results page
+  --least-right N   fail when fewer answers are right
+  --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {
     match bench() {
@@ -32,7 +36,9 @@ fn main() -> ExitCode {
 
 fn bench() -> Result<(), String> {
     let mut bench = Bench {
-        tool: PathBuf::new(),
+        tool: std::env::current_exe()
+            .map(|program| program.with_file_name(format!("stillbeam{}", std::env::consts::EXE_SUFFIX)))
+            .unwrap_or_default(),
         out: PathBuf::from("target/prove"),
         seed: 1,
         cases: 300,
@@ -40,7 +46,7 @@ fn bench() -> Result<(), String> {
         limit_s: 24.0,
         resume: false,
     };
-    let mut page_file = None;
+    let (mut page_file, mut least_right, mut most_wrong) = (None, 0, usize::MAX);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
@@ -52,6 +58,12 @@ fn bench() -> Result<(), String> {
             "--jobs" => bench.jobs = number(&value()?)?,
             "--limit" => bench.limit_s = number(&value()?)?,
             "--page" => page_file = Some(PathBuf::from(value()?)),
+            "--least-right" => least_right = number(&value()?)?,
+            "--most-wrong" => most_wrong = number(&value()?)?,
+            "--help" => {
+                println!("{USAGE}");
+                return Ok(());
+            }
             "--resume" => bench.resume = true,
             _ => return Err(format!("unknown option {word}\n{USAGE}")),
         }
@@ -73,6 +85,14 @@ fn bench() -> Result<(), String> {
     match page_file {
         Some(file) => std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?,
         None => print!("{text}"),
+    }
+    let tally = Tally::of(&scores);
+    let (right, wrong) = (tally.count(Mark::Right), tally.count(Mark::Wrong));
+    eprintln!("{right} of {} right, {} tied, {wrong} wrong", tally.total(), tally.count(Mark::Tied));
+    if right < least_right || wrong > most_wrong {
+        return Err(format!(
+            "{right} right and {wrong} wrong; at least {least_right} right and at most {most_wrong} wrong were asked for"
+        ));
     }
     Ok(())
 }

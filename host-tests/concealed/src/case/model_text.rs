@@ -25,10 +25,10 @@ pub fn model_text(kind: &Kind, channels: &[Channel]) -> String {
     let _ = write!(text, "\n[input]\ncolumn = \"{}\"\n{}", input_column(kind), body.unwrap_or_default());
     for channel in channels {
         let _ = write!(text, "\n[[output]]\ncolumn = \"{}\"\n", channel.column);
-        if let Kind::Slide(slide) = kind {
-            if let Some((name, _)) = slide.bodies.get(channel.output) {
-                let _ = write!(text, "body = \"{name}\"\nquantity = \"position\"\n");
-            }
+        if let Kind::Slide(slide) = kind
+            && let Some((name, _)) = slide.bodies.get(channel.output)
+        {
+            let _ = write!(text, "body = \"{name}\"\nquantity = \"position\"\n");
         }
     }
     text

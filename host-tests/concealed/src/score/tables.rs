@@ -102,7 +102,7 @@ fn held_out_goal(scores: &[Score]) -> Goal {
     Goal {
         words: "where rightly named: held-out error within 1.2 of the noise floor",
         reached: format!("{good} of {} outputs", ratios.len()),
-        met: (!ratios.is_empty()).then(|| good == ratios.len()),
+        met: (!ratios.is_empty()).then_some(good == ratios.len()),
     }
 }
 

@@ -6,11 +6,11 @@ use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 const ELEMENTS: usize = 40;
 /// Gauss-Legendre points and weights on 0..1, exact to degree 9: section times squared shape has at most that.
 const GAUSS: [(f64, f64); 5] = [
-    (0.046_910_077_030_668_0, 0.118_463_442_528_094_5),
+    (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
     (0.5, 0.284_444_444_444_444_4),
     (0.769_234_655_052_841_5, 0.239_314_335_249_683_2),
-    (0.953_089_922_969_332_0, 0.118_463_442_528_094_5),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_5),
 ];
 
 /// A rectangular strip clamped at one end.

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, Physics, simulate};
@@ -17,23 +17,34 @@ pub struct Run {
     pub duration_s: f64,
     /// Times the bench's amplitude.
     pub amplitude: f64,
+    /// From high to low frequencies.
+    pub down: bool,
 }
 
 /// Three to train on and two to hold out: other amplitudes and other durations.
 pub const RUNS: [Run; 5] = [
-    Run { exponential: false, duration_s: 80.0, amplitude: 1.0 },
-    Run { exponential: true, duration_s: 80.0, amplitude: 1.0 },
-    Run { exponential: true, duration_s: 80.0, amplitude: 2.0 },
-    Run { exponential: false, duration_s: 70.0, amplitude: 2.5 },
-    Run { exponential: true, duration_s: 90.0, amplitude: 1.4 },
+    Run { exponential: false, duration_s: 80.0, amplitude: 1.0, down: false },
+    Run { exponential: true, duration_s: 80.0, amplitude: 1.0, down: false },
+    Run { exponential: true, duration_s: 80.0, amplitude: 2.0, down: false },
+    Run { exponential: false, duration_s: 70.0, amplitude: 2.5, down: false },
+    Run { exponential: true, duration_s: 90.0, amplitude: 1.4, down: false },
 ];
 
 /// Shorter ones, for tests: two to train on and one to hold out.
 pub const SHORT_RUNS: [Run; 3] = [
-    Run { exponential: true, duration_s: 30.0, amplitude: 1.0 },
-    Run { exponential: true, duration_s: 30.0, amplitude: 2.0 },
-    Run { exponential: false, duration_s: 35.0, amplitude: 1.5 },
+    Run { exponential: true, duration_s: 30.0, amplitude: 1.0, down: false },
+    Run { exponential: true, duration_s: 30.0, amplitude: 2.0, down: false },
+    Run { exponential: false, duration_s: 35.0, amplitude: 1.5, down: false },
 ];
+
+/// For the results page: [`RESULT_TRAINED`] to train on, up and down, and one to hold out.
+pub const RESULT_RUNS: [Run; 4] = [
+    Run { exponential: true, duration_s: 30.0, amplitude: 1.0, down: false },
+    Run { exponential: true, duration_s: 30.0, amplitude: 2.0, down: false },
+    Run { exponential: false, duration_s: 30.0, amplitude: 1.4, down: true },
+    Run { exponential: false, duration_s: 35.0, amplitude: 1.7, down: false },
+];
+pub const RESULT_TRAINED: usize = 3;
 
 /// Root mean square of the noise on every sensor, metres.
 pub const NOISE_M: f64 = 5e-5;
@@ -106,32 +117,58 @@ impl Bench {
         model
     }
 
+    /// The machine as some drawings say: stiffness, masses and friction up to 5 %, damping up to 20 % off.
+    pub fn wrong_model_of(self, seed: u64) -> Model {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
+        let mut model = self.model();
+        for (path, most) in [
+            ("beam.young_Pa", 0.05),
+            ("beam.damping_ratio.1", 0.2),
+            ("beam.damping_ratio.2", 0.2),
+            ("base.mass_kg", 0.05),
+            ("base.viscous_N_s_m", 0.05),
+        ] {
+            let draw: f64 = StandardUniform.sample(&mut random);
+            let value = model.parameter(path).unwrap();
+            model.set_parameter(path, (1.0 + most * (2.0 * draw - 1.0)) * value).unwrap();
+        }
+        model
+    }
+
     /// What the sensors record of one run.
     pub fn record(self, run: Run, laws: &[Physics], rho: f64, seed: u64) -> Recording {
-        const FINER: usize = 20;
+        let clean = self.clean(run, laws);
+        let noise = vec![NOISE_M; clean.columns.len() - 1];
+        noisy(&clean, &noise, rho, seed)
+    }
+
+    /// What sensors without noise of their own would record of one run: the input, then the outputs.
+    pub fn clean(self, run: Run, laws: &[Physics]) -> Recording {
         let mut model = self.model();
         model.setup_mut().physics.extend_from_slice(laws);
+        self.clean_of(run, model)
+    }
+
+    /// The same with one of the machine's parameters multiplied.
+    pub fn clean_with(self, run: Run, path: &str, factor: f64) -> Recording {
+        let mut model = self.model();
+        model.set_parameter(path, factor * model.parameter(path).unwrap()).unwrap();
+        self.clean_of(run, model)
+    }
+
+    fn clean_of(self, run: Run, model: Model) -> Recording {
+        const FINER: usize = 20;
         let count = (run.duration_s * 100.0) as usize;
         let fine: Vec<f64> = (0..=count * FINER).map(|k| k as f64 / (100 * FINER) as f64).collect();
         let input: Vec<f64> = fine.iter().map(|t| run.amplitude * self.amplitude() * run.sweep(*t)).collect();
         let truth = Recording::new("truth", fine).with_column(self.input(), input.clone());
         let simulated = simulate(&model, &truth).unwrap();
         let every = |samples: &[f64]| samples.iter().step_by(FINER).copied().collect::<Vec<f64>>();
-        let name = format!("run {seed} of {} s", run.duration_s);
+        let name = format!("{} s at amplitude {}", run.duration_s, run.amplitude);
         let mut recording =
             Recording::new(name, every(&truth.time_s)).with_column(self.input(), every(&input));
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         for column in model.output_columns() {
-            let mut noise = 0.0;
-            let seen = every(simulated.column(&column).unwrap())
-                .into_iter()
-                .enumerate()
-                .map(|(k, value)| {
-                    let draw: f64 = StandardNormal.sample(&mut random);
-                    noise = if k == 0 { draw } else { rho * noise + (1.0 - rho * rho).sqrt() * draw };
-                    value + NOISE_M * noise
-                })
-                .collect();
+            let seen = every(simulated.column(&column).unwrap());
             recording = recording.with_column(column, seen);
         }
         recording
@@ -148,9 +185,26 @@ impl Bench {
     }
 }
 
+/// A recording with noise of these standard deviations on its outputs, `rho` the correlation of neighbouring samples.
+pub fn noisy(clean: &Recording, noise_rms: &[f64], rho: f64, seed: u64) -> Recording {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let mut recording = clean.clone();
+    recording.name = format!("run {seed}, {}", clean.name);
+    for (column, rms) in recording.columns.iter_mut().skip(1).zip(noise_rms) {
+        let mut noise = 0.0;
+        for (k, value) in column.samples.iter_mut().enumerate() {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            noise = if k == 0 { draw } else { rho * noise + (1.0 - rho * rho).sqrt() * draw };
+            *value += rms * noise;
+        }
+    }
+    recording
+}
+
 impl Run {
-    /// From 0.1 to 8 Hz, growing from nothing within the first second.
-    fn sweep(self, t: f64) -> f64 {
+    /// From 0.1 to 8 Hz or back, growing from nothing within the first second.
+    fn sweep(self, now_s: f64) -> f64 {
+        let t = if self.down { self.duration_s - now_s } else { now_s };
         let (low, high) = (0.1_f64, 8.0_f64);
         let phase = if self.exponential {
             let k = (high / low).ln() / self.duration_s;
@@ -158,6 +212,6 @@ impl Run {
         } else {
             TAU * (low * t + 0.5 * (high - low) / self.duration_s * t * t)
         };
-        t.min(1.0) * phase.sin()
+        now_s.min(1.0) * phase.sin()
     }
 }

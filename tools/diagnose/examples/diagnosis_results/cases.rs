@@ -1,0 +1,70 @@
+//! Which physics is left out of which machine, growing with one number.
+
+use stillbeam_plant::Physics;
+
+use crate::truth::Bench;
+
+/// A law of one machine, as strong as asked for.
+pub struct Case {
+    pub bench: Bench,
+    pub id: &'static str,
+    pub location: &'static str,
+    /// Strength 1 is about what the machine might have.
+    pub law: fn(f64) -> Physics,
+}
+
+fn law(id: &str, location: &str, parameters: &[(&str, f64)]) -> Physics {
+    parameters.iter().fold(Physics::new(id, location), |law, (name, value)| law.with(*name, *value))
+}
+
+macro_rules! case {
+    ($bench:ident $id:literal at $location:literal, $s:ident: $($name:literal = $value:expr),+) => {
+        Case {
+            bench: Bench::$bench,
+            id: $id,
+            location: $location,
+            law: |$s| law($id, $location, &[$(($name, $value)),+]),
+        }
+    };
+}
+
+/// Every law of the catalogue on the machine on which it shows; linear laws that a parameter of the beam absorbs apart.
+pub fn cases() -> Vec<Case> {
+    vec![
+        case!(ForcedBase "coulomb_friction" at "base", s: "force" = 0.3 * s),
+        case!(ForcedBase "stribeck_friction" at "base", s: "force" = 0.3 * s, "static_force" = 0.6 * s, "velocity" = 0.02),
+        case!(ForcedBase "asymmetric_friction" at "base", s: "force_forward" = 0.4 * s, "force_backward" = 0.2 * s),
+        case!(ForcedBase "quadratic_drag" at "base", s: "drag" = 3.0 * s),
+        case!(ForcedBase "cogging" at "base", s: "force" = 0.2 * s, "period" = 0.03, "phase" = 0.4),
+        case!(ForcedBase "cable_spring" at "base", s: "stiffness" = 5.0 * s),
+        case!(ForcedBase "cubic_stiffness" at "base", s: "stiffness" = 200.0 * s),
+        case!(ForcedBase "hysteresis" at "base", s: "stiffness" = 30.0 * s, "beta" = 60.0),
+        case!(ForcedBase "end_stop" at "base", s: "distance" = 0.12, "stiffness" = 300.0 * s),
+        case!(ForcedBase "constant_force" at "base", s: "force" = 0.2 * s),
+        case!(MovedBase "backlash" at "base", s: "gap" = 5e-5 * s),
+        case!(MovedBase "quadratic_drag" at "beam", s: "drag" = 0.02 * s),
+        case!(MovedBase "cubic_stiffness" at "beam", s: "stiffness" = 40.0 * s),
+        case!(MovedBase "coulomb_friction" at "beam", s: "force" = 0.004 * s),
+        case!(MovedBase "hysteresis" at "beam", s: "stiffness" = 0.5 * s, "beta" = 80.0),
+        case!(MovedBase "bilinear_stiffness" at "beam", s: "stiffness" = 0.3 * s, "contact" = 0.005),
+        case!(MovedBase "amplitude_damping" at "beam", s: "damping" = 20.0 * s),
+        case!(MovedBase "extra_mode" at "beam", s: "frequency" = 4.3, "damping_ratio" = 0.02, "participation" = 0.1 * s),
+        case!(ForcedBase "servo_lag" at "drive", s: "time_constant" = 0.004 * s),
+        case!(ForcedBase "dead_time" at "drive", s: "delay" = 0.004 * s),
+        case!(ForcedBase "saturation" at "drive", s: "limit" = 8.0 / (1.0 + 0.5 * s)),
+        case!(ForcedBase "dead_zone" at "drive", s: "threshold" = 0.3 * s),
+        case!(ForcedBase "force_ripple" at "drive", s: "ripple" = 0.1 * s, "period" = 0.03, "phase" = 0.4),
+        case!(ForcedBase "gain_nonlinearity" at "drive", s: "cubic" = 0.002 * s),
+        case!(MovedBase "delay" at "sensor", s: "delay" = 0.004 * s),
+        case!(MovedBase "saturation" at "sensor", s: "limit" = 0.025 / (1.0 + 0.5 * s)),
+        case!(MovedBase "quantisation" at "sensor", s: "step" = 4e-4 * s),
+        case!(MovedBase "nonlinearity" at "sensor", s: "quadratic" = 2.0 * s),
+        case!(MovedBase "nonlinearity" at "sensor", s: "cubic" = 100.0 * s),
+        case!(MovedBase "crosstalk" at "sensor", s: "share" = 0.1 * s),
+        case!(MovedBase "exposure_blur" at "sensor", s: "exposure" = 0.01 * s),
+        case!(MovedBase "clock_skew" at "sensor", s: "skew" = 1e-4 * s),
+        case!(MovedBase "rectification" at "sensor", s: "share" = 0.1 * s),
+        case!(MovedBase "periodic_disturbance" at "environment", s: "force" = 0.002 * s, "frequency" = 3.1, "phase" = 0.7),
+        case!(MovedBase "parameter_drift" at "environment", s: "rate" = 1e-4 * s),
+    ]
+}

@@ -1,0 +1,359 @@
+//! The parts of the page: which cases there are, and running them.
+
+use std::collections::BTreeMap;
+use std::fs::{OpenOptions, read_to_string};
+use std::io::Write;
+
+use stillbeam_diagnose::{Options, diagnose};
+use stillbeam_plant::Physics;
+use stillbeam_recording::Recording;
+
+use crate::cases::{Case, cases};
+use crate::score::{errors, outcome, said};
+use crate::sizes::Sensitivity;
+use crate::truth::{Bench, RESULT_RUNS, RESULT_TRAINED, noisy};
+
+/// What is to be run.
+pub struct Plan {
+    parts: Vec<String>,
+    from: u64,
+    seeds: u64,
+    db: Vec<f64>,
+    times: Vec<f64>,
+    only: Option<String>,
+    keep: Option<String>,
+    pub arguments: String,
+}
+
+/// One finished case.
+#[derive(Debug, Clone)]
+pub struct Done {
+    pub part: String,
+    pub case: String,
+    pub outcome: String,
+    pub errors: Vec<f64>,
+    pub seconds: f64,
+    pub said: String,
+}
+
+/// Standard errors at which a law is at its detection limit.
+const LIMIT: f64 = 5.0;
+
+impl Plan {
+    pub fn from_arguments(arguments: impl Iterator<Item = String>) -> Self {
+        let arguments: Vec<String> = arguments.collect();
+        let value = |name: &str| {
+            arguments.iter().find_map(|a| a.strip_prefix(name)?.strip_prefix('=').map(str::to_owned))
+        };
+        let numbers = |name: &str, default: &str| -> Vec<f64> {
+            let text = value(name).unwrap_or_else(|| default.to_owned());
+            text.split(',').filter_map(|number| number.parse().ok()).collect()
+        };
+        let mut parts: Vec<String> = arguments.iter().filter(|a| !a.contains('=')).cloned().collect();
+        if parts.is_empty() {
+            parts = ["null", "laws", "composites", "left-out", "absorbed"].map(str::to_owned).to_vec();
+        }
+        Self {
+            parts,
+            from: numbers("from", "1")[0] as u64,
+            seeds: numbers("seeds", "3")[0] as u64,
+            db: numbers("db", "30,45"),
+            times: numbers("times", "3,30"),
+            only: value("only"),
+            keep: value("keep"),
+            arguments: arguments.join(" "),
+        }
+    }
+
+    fn has(&self, part: &str) -> bool {
+        self.parts.iter().any(|name| name == part)
+    }
+
+    fn seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        self.from..self.from + self.seeds
+    }
+}
+
+/// A bench at a signal-to-noise ratio, made once.
+#[derive(Default)]
+struct Benches {
+    known: BTreeMap<(String, i64), Sensitivity>,
+}
+
+impl Benches {
+    fn of(&mut self, bench: Bench, db: f64) -> &Sensitivity {
+        self.known
+            .entry((format!("{bench:?}"), db as i64))
+            .or_insert_with(|| Sensitivity::new(bench, &RESULT_RUNS[..RESULT_TRAINED], db))
+    }
+}
+
+/// The runs of a plan, those kept from before included.
+pub struct Log {
+    keep: Option<String>,
+    pub done: Vec<Done>,
+}
+
+impl Log {
+    fn open(keep: Option<String>) -> Self {
+        let text = keep.as_ref().and_then(|path| read_to_string(path).ok()).unwrap_or_default();
+        Self { keep, done: text.lines().filter_map(read).collect() }
+    }
+
+    fn has(&self, part: &str, case: &str) -> bool {
+        self.done.iter().any(|done| done.part == part && done.case == case)
+    }
+
+    fn push(&mut self, done: Done) {
+        let line = write(&done);
+        eprintln!("{line}");
+        let file = self.keep.as_ref().map(|path| OpenOptions::new().create(true).append(true).open(path));
+        if let Some(Ok(mut file)) = file
+            && let Err(error) = writeln!(file, "{line}")
+        {
+            eprintln!("the case is not kept: {error}");
+        }
+        self.done.push(done);
+    }
+
+    /// Diagnoses one case unless that has been done.
+    #[allow(clippy::too_many_arguments, reason = "the whole case")]
+    fn case(
+        &mut self,
+        part: &str,
+        case: &str,
+        bench: Bench,
+        laws: &[Physics],
+        noise: (&[f64], f64),
+        outliers: usize,
+        without: &[&str],
+        seed: u64,
+    ) {
+        if self.has(part, case) {
+            return;
+        }
+        let recordings: Vec<Recording> = (0..)
+            .zip(RESULT_RUNS)
+            .map(|(number, run)| {
+                let seed = 100 * seed + number;
+                spoiled(noisy(&bench.clean(run, laws), noise.0, noise.1, seed), outliers, seed)
+            })
+            .collect();
+        let (train, held_out) = recordings.split_at(RESULT_TRAINED);
+        let mut options = Options::default();
+        options.without.extend(without.iter().map(|id| (*id).to_owned()));
+        let model = bench.wrong_model_of(seed);
+        let done = match diagnose(&model, train, held_out, &options, &mut |_| {}) {
+            Ok(found) => Done {
+                part: part.to_owned(),
+                case: case.to_owned(),
+                outcome: format!("{:?}", outcome(&found, laws)),
+                errors: errors(&found, laws),
+                seconds: found.seconds,
+                said: said(&found),
+            },
+            Err(error) => Done {
+                part: part.to_owned(),
+                case: case.to_owned(),
+                outcome: "Failed".to_owned(),
+                errors: Vec::new(),
+                seconds: 0.0,
+                said: error.to_string(),
+            },
+        };
+        self.push(done);
+    }
+}
+
+/// Samples that no physics makes, far off and alone.
+fn spoiled(mut recording: Recording, outliers: usize, seed: u64) -> Recording {
+    let count = recording.len();
+    for column in recording.columns.iter_mut().skip(1) {
+        let reach = column.samples.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+        for k in 0..outliers {
+            let place = (seed as usize * 7919 + k * 1543) % count;
+            column.samples[place] += if k % 2 == 0 { reach } else { -0.6 * reach };
+        }
+    }
+    recording
+}
+
+/// Runs what the plan says and is not kept yet.
+pub fn run(plan: &Plan) -> Vec<Done> {
+    let mut benches = Benches::default();
+    let mut log = Log::open(plan.keep.clone());
+    if plan.has("null") {
+        null(plan, &mut benches, &mut log);
+    }
+    if plan.has("laws") {
+        laws(plan, &mut benches, &mut log);
+    }
+    if plan.has("composites") {
+        composites(plan, &mut benches, &mut log);
+    }
+    if plan.has("left-out") {
+        left_out(plan, &mut benches, &mut log);
+    }
+    if plan.has("absorbed") {
+        absorbed(plan, &mut benches, &mut log);
+    }
+    log.done
+}
+
+fn null(plan: &Plan, benches: &mut Benches, log: &mut Log) {
+    for seed in plan.seeds() {
+        for bench in [Bench::MovedBase, Bench::ForcedBase] {
+            for rho in [0.0, 0.5, 0.8, 0.95] {
+                for outliers in [0, 5] {
+                    let case = format!("{bench:?}, rho {rho}, {outliers} outliers, seed {seed}");
+                    let noise = benches.of(bench, 40.0).noise_rms.clone();
+                    log.case("null", &case, bench, &[], (&noise, rho), outliers, &[], seed);
+                }
+            }
+        }
+    }
+}
+
+fn wanted(plan: &Plan) -> Vec<Case> {
+    let only = |case: &Case| plan.only.as_ref().is_none_or(|only| only.split(',').any(|id| id == case.id));
+    cases().into_iter().filter(only).collect()
+}
+
+fn laws(plan: &Plan, benches: &mut Benches, log: &mut Log) {
+    for seed in plan.seeds() {
+        for case in wanted(plan) {
+            for &db in &plan.db {
+                for &times in &plan.times {
+                    let sensitivity = benches.of(case.bench, db);
+                    let unit = (case.law)(1.0);
+                    let which = if unit.parameters.contains_key("quadratic") { " (quadratic)" } else { "" };
+                    let name = format!(
+                        "{} at {}{which}, {db} dB, {times} times the limit, seed {seed}",
+                        case.id, case.location
+                    );
+                    if log.has("laws", &name) {
+                        continue;
+                    }
+                    let Some(strength) = sensitivity.strength(case.law, times * LIMIT) else {
+                        eprintln!("{name}: cannot be made that strong");
+                        continue;
+                    };
+                    let law = (case.law)(strength);
+                    eprintln!(
+                        "{name}: {:?}, hidden {:.3}",
+                        law.parameters,
+                        sensitivity.effect(std::slice::from_ref(&law)).1
+                    );
+                    let noise = sensitivity.noise_rms.clone();
+                    log.case("laws", &name, case.bench, &[law], (&noise, 0.0), 0, &[], seed);
+                }
+            }
+        }
+    }
+}
+
+/// Laws that are left out together.
+const COMPOSITES: [&[&str]; 8] = [
+    &["coulomb_friction@base", "quadratic_drag@base"],
+    &["coulomb_friction@base", "cogging@base"],
+    &["coulomb_friction@base", "cable_spring@base", "dead_time@drive"],
+    &["cubic_stiffness@beam", "quadratic_drag@beam"],
+    &["cubic_stiffness@beam", "delay@sensor"],
+    &["quadratic_drag@beam", "crosstalk@sensor"],
+    &["cubic_stiffness@beam", "quadratic_drag@beam", "delay@sensor"],
+    &["cubic_stiffness@base", "dead_zone@drive"],
+];
+
+fn composites(plan: &Plan, benches: &mut Benches, log: &mut Log) {
+    let all = cases();
+    for seed in plan.seeds() {
+        for composite in COMPOSITES {
+            let chosen: Vec<&Case> = composite
+                .iter()
+                .filter_map(|name| all.iter().find(|case| format!("{}@{}", case.id, case.location) == *name))
+                .collect();
+            let bench = chosen[0].bench;
+            let name = format!("{}, seed {seed}", composite.join(" + "));
+            if log.has("composites", &name) {
+                continue;
+            }
+            let sensitivity = benches.of(bench, 45.0);
+            let laws: Vec<Physics> = chosen
+                .iter()
+                .filter_map(|case| sensitivity.strength(case.law, 30.0 * LIMIT).map(case.law))
+                .collect();
+            let noise = sensitivity.noise_rms.clone();
+            log.case("composites", &name, bench, &laws, (&noise, 0.0), 0, &[], seed);
+        }
+    }
+}
+
+fn left_out(plan: &Plan, benches: &mut Benches, log: &mut Log) {
+    for seed in plan.seeds() {
+        for case in wanted(plan) {
+            let name = format!("{} at {} not in the catalogue, seed {seed}", case.id, case.location);
+            if log.has("left-out", &name) {
+                continue;
+            }
+            let sensitivity = benches.of(case.bench, 45.0);
+            let Some(strength) = sensitivity.strength(case.law, 30.0 * LIMIT) else { continue };
+            let noise = sensitivity.noise_rms.clone();
+            let law = (case.law)(strength);
+            log.case("left-out", &name, case.bench, &[law], (&noise, 0.0), 0, &[case.id], seed);
+        }
+    }
+}
+
+/// An effect of which a refit hides most on any single recording is found from two amplitudes.
+fn absorbed(plan: &Plan, benches: &mut Benches, log: &mut Log) {
+    for seed in plan.seeds() {
+        for case in wanted(plan) {
+            let single: Vec<f64> = (0..RESULT_TRAINED)
+                .map(|run| {
+                    let alone = Sensitivity::new(case.bench, &RESULT_RUNS[run..=run], 45.0);
+                    alone.effect(&[(case.law)(0.1)]).1
+                })
+                .collect();
+            let least = single.iter().copied().fold(1.0, f64::min);
+            if least < 0.7 {
+                continue;
+            }
+            let name =
+                format!("{} at {}, {:.0} % hidden, seed {seed}", case.id, case.location, 100.0 * least);
+            if log.has("absorbed", &name) {
+                continue;
+            }
+            let sensitivity = benches.of(case.bench, 45.0);
+            let Some(strength) = sensitivity.strength(case.law, 10.0 * LIMIT) else { continue };
+            let noise = sensitivity.noise_rms.clone();
+            let law = (case.law)(strength);
+            log.case("absorbed", &name, case.bench, &[law], (&noise, 0.0), 0, &[], seed);
+        }
+    }
+}
+
+/// One line: fields parted by tabs.
+fn write(done: &Done) -> String {
+    let errors: Vec<String> = done.errors.iter().map(|error| format!("{error:.3}")).collect();
+    format!(
+        "{}\t{}\t{}\t{:.1}\t{}\t{}",
+        done.part,
+        done.case,
+        done.outcome,
+        done.seconds,
+        errors.join(" "),
+        done.said.replace(['\t', '\n'], " ")
+    )
+}
+
+fn read(line: &str) -> Option<Done> {
+    let mut fields = line.split('\t');
+    Some(Done {
+        part: fields.next()?.to_owned(),
+        case: fields.next()?.to_owned(),
+        outcome: fields.next()?.to_owned(),
+        seconds: fields.next()?.parse().ok()?,
+        errors: fields.next()?.split(' ').filter_map(|number| number.parse().ok()).collect(),
+        said: fields.next()?.to_owned(),
+    })
+}

@@ -91,13 +91,14 @@ impl Benches {
 /// The runs of a plan, those kept from before included.
 pub struct Log {
     keep: Option<String>,
+    detail: bool,
     pub done: Vec<Done>,
 }
 
 impl Log {
-    fn open(keep: Option<String>) -> Self {
+    fn open(keep: Option<String>, detail: bool) -> Self {
         let text = keep.as_ref().and_then(|path| read_to_string(path).ok()).unwrap_or_default();
-        Self { keep, done: text.lines().filter_map(read).collect() }
+        Self { keep, detail, done: text.lines().filter_map(read).collect() }
     }
 
     fn has(&self, part: &str, case: &str) -> bool {
@@ -144,14 +145,19 @@ impl Log {
         options.without.extend(without.iter().map(|id| (*id).to_owned()));
         let model = bench.wrong_model_of(seed);
         let done = match diagnose(&model, train, held_out, &options, &mut |_| {}) {
-            Ok(found) => Done {
-                part: part.to_owned(),
-                case: case.to_owned(),
-                outcome: format!("{:?}", outcome(&found, laws)),
-                errors: errors(&found, laws),
-                seconds: found.seconds,
-                said: said(&found),
-            },
+            Ok(found) => {
+                if self.detail {
+                    detail(&found);
+                }
+                Done {
+                    part: part.to_owned(),
+                    case: case.to_owned(),
+                    outcome: format!("{:?}", outcome(&found, laws)),
+                    errors: errors(&found, laws),
+                    seconds: found.seconds,
+                    said: said(&found),
+                }
+            }
             Err(error) => Done {
                 part: part.to_owned(),
                 case: case.to_owned(),
@@ -162,6 +168,52 @@ impl Log {
             },
         };
         self.push(done);
+    }
+}
+
+/// Why: every candidate that was looked at closer.
+fn detail(found: &stillbeam_diagnose::Diagnosis) {
+    eprintln!(
+        "{:?}\n  undetermined {:?}, set aside {}, caps {:?}",
+        found.residual_tests,
+        found.undetermined_parameters,
+        found.set_aside.len(),
+        found.caps
+    );
+    for pooled in &found.fit.pooled {
+        let fits = &pooled.fits;
+        eprintln!(
+            "  {:?} {}: {:.4e} {:.4e} {:.4e} noise {:.4e} {:?}",
+            pooled.role,
+            pooled.output,
+            fits.given.rms,
+            fits.refitted_linear.rms,
+            fits.extended.map_or(f64::NAN, |fit| fit.rms),
+            fits.given.noise_floor,
+            pooled.noise_source
+        );
+    }
+    for row in found.candidates.iter().take(16) {
+        let gates: Vec<String> = row
+            .gates
+            .iter()
+            .filter(|gate| !gate.passed)
+            .map(|gate| format!("{}: {}", gate.name, gate.detail))
+            .collect();
+        eprintln!(
+            "  {}{} at {}: screen {:.1}, hidden {:.3}, training {:.1?}, held out {:.1?} {:?} FAILS {gates:?}",
+            if row.named { "* " } else { "" },
+            row.id,
+            row.location,
+            row.screen_t,
+            row.hidden_share,
+            row.training_t,
+            row.held_out_z,
+            row.parameters
+                .iter()
+                .map(|(name, p)| format!("{name}={:.4e}±{:.1e}", p.value, p.stderr))
+                .collect::<Vec<_>>()
+        );
     }
 }
 
@@ -181,7 +233,7 @@ fn spoiled(mut recording: Recording, outliers: usize, seed: u64) -> Recording {
 /// Runs what the plan says and is not kept yet.
 pub fn run(plan: &Plan) -> Vec<Done> {
     let mut benches = Benches::default();
-    let mut log = Log::open(plan.keep.clone());
+    let mut log = Log::open(plan.keep.clone(), plan.has("detail"));
     if plan.has("null") {
         null(plan, &mut benches, &mut log);
     }

@@ -42,7 +42,7 @@ impl Sensitivity {
             }
         }
         for parameter in bench.model().parameters() {
-            if parameter.value == 0.0 || parameter.path.starts_with("physics") {
+            if parameter.value == 0.0 || parameter.path == "beam.length_m" {
                 continue;
             }
             let step = 1e-5;

@@ -71,7 +71,13 @@ impl Search<'_> {
         let number = base.laws.len() + 1 + self.given_laws;
         let mut physics = self.candidates[screened.candidate].physics(&screened.trial, screened.factor);
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
-        let free = law_parameters(&hypothesis.model, &physics, number, &screened.trial.amplitude_names());
+        let free = law_parameters(
+            &hypothesis.model,
+            &physics,
+            number,
+            &self.candidates[screened.candidate],
+            &screened.trial.amplitude_names(),
+        );
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let states = base.fitted.initial_states();
         let stack = self.study.stack(Role::Train);

@@ -5,6 +5,7 @@ use stillbeam_recording::Role;
 
 use super::gates::improvement;
 use super::selection::Search;
+use super::trials::Candidate;
 use crate::fit::{Effort, Fitted, fit, refit_beside_laws};
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
@@ -38,7 +39,8 @@ impl Search<'_> {
         amplitudes: &[String],
     ) -> Option<Member> {
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
-        let added = law_parameters(&hypothesis.model, physics, number, amplitudes);
+        let added =
+            law_parameters(&hypothesis.model, physics, number, &self.candidates[candidate], amplitudes);
         let free: Vec<FreeParameter> =
             base.fitted.free.iter().cloned().chain(added.iter().cloned()).collect();
         let start: Vec<f64> =
@@ -128,13 +130,14 @@ fn renumbered(path: &str, removed: usize) -> String {
 }
 
 /// Parameters that stay as tried: what the others already determine.
-const KEPT: [&str; 3] = ["gamma", "rest_position", "step"];
+const KEPT: [&str; 5] = ["gamma", "rest_position", "step", "viscous_forward", "viscous_backward"];
 
 /// The free parameters of a law just added as number `number`.
 pub(crate) fn law_parameters(
     model: &stillbeam_plant::Model,
     physics: &Physics,
     number: usize,
+    candidate: &Candidate,
     amplitudes: &[String],
 ) -> Vec<FreeParameter> {
     let own = format!("physics.{number}.");
@@ -145,12 +148,18 @@ pub(crate) fn law_parameters(
             let name = parameter.path.strip_prefix(&own)?.to_owned();
             let given = *physics.parameters.get(&name)?;
             // A limit that does not limit is no parameter.
-            (given.is_finite() && !KEPT.contains(&name.as_str())).then(|| FreeParameter {
+            if !given.is_finite() || KEPT.contains(&name.as_str()) {
+                return None;
+            }
+            let range = candidate.ranges.iter().find(|(ranged, ..)| *ranged == name);
+            let (least, most) =
+                range.map_or((f64::NEG_INFINITY, f64::INFINITY), |(_, least, most)| (*least, *most));
+            Some(FreeParameter {
                 logarithmic: !amplitudes.contains(&name) && parameter.lower >= 0.0 && given > 0.0,
                 path: parameter.path,
                 given,
-                lower: parameter.lower,
-                upper: parameter.upper,
+                lower: parameter.lower.max(least),
+                upper: parameter.upper.min(most),
             })
         })
         .collect()

@@ -21,6 +21,8 @@ pub(crate) struct Candidate {
     /// For laws of the sensor: the output.
     pub(crate) column: Option<String>,
     pub(crate) trials: Vec<Trial>,
+    /// Name, least and greatest value of shapes that mean something only within the machine's motion.
+    pub(crate) ranges: Vec<(&'static str, f64, f64)>,
 }
 
 /// One set of values to try.
@@ -97,7 +99,14 @@ pub(crate) fn all_candidates(
             let trials =
                 trials((candidate.law.id(), location == "sensor"), scale, scales, output, records, peaks_hz);
             if !trials.is_empty() {
-                found.push(Candidate { law: candidate.law, location: location.clone(), column, trials });
+                let ranges = ranges(candidate.law.id(), scale, scales, output, location == "sensor");
+                found.push(Candidate {
+                    law: candidate.law,
+                    location: location.clone(),
+                    column,
+                    trials,
+                    ranges,
+                });
             }
         };
         if location == "sensor" && recorded.len() > 1 {
@@ -133,14 +142,11 @@ fn trials(
             .map(|share| Trial { amplitudes: Vec::new(), shapes: vec![("limit", share * most)] })
             .collect()
     };
+    // So close together that between two of them the force's pattern moves by less than a quarter of a wave over the travel.
     let waves = |name: &'static str, size: f64| -> Vec<Trial> {
-        let mut trials = Vec::new();
-        for share in [0.25, 0.5, 1.0, 2.0] {
-            for phase in [0.0, FRAC_PI_2] {
-                trials.push(shaped(name, size, &[("period", share * 2.0 * at.reach), ("phase", phase)]));
-            }
-        }
-        trials
+        let periods = (1..=MOST_WAVES * 4).map(|quarters| 4.0 * at.reach / f64::from(quarters));
+        let both = periods.flat_map(|period| [0.0, FRAC_PI_2].map(|phase| (period, phase)));
+        both.map(|(period, phase)| shaped(name, size, &[("period", period), ("phase", phase)])).collect()
     };
     match id {
         "coulomb_friction" => amplitude("force", f),
@@ -219,6 +225,36 @@ fn trials(
             })
             .collect(),
         "parameter_drift" => amplitude("rate", 1e-5),
+        _ => Vec::new(),
+    }
+}
+
+/// Waves of a force over half the travel that are looked for.
+const MOST_WAVES: i32 = 10;
+
+/// Outside these a law is another one: a wave longer than the travel is a spring, a hysteresis that never yields too.
+fn ranges(
+    id: &str,
+    at: Scale,
+    scales: &Scales,
+    output: usize,
+    at_sensor: bool,
+) -> Vec<(&'static str, f64, f64)> {
+    let [_, u_most] = scales.input;
+    let [_, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
+    match id {
+        "cogging" | "force_ripple" => vec![("period", 0.05 * at.reach, 4.0 * at.reach)],
+        "end_stop" => vec![("distance", 0.1 * at.reach, at.reach)],
+        "bilinear_stiffness" => vec![("contact", -0.95 * at.reach, 0.95 * at.reach)],
+        "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],
+        "stribeck_friction" => vec![("velocity", 1e-3 * at.velocity, 3.0 * at.velocity)],
+        "saturation" => {
+            let most = if at_sensor { y_most } else { u_most };
+            vec![("limit", 0.05 * most, most)]
+        }
+        "dead_zone" => vec![("threshold", 0.0, u_most)],
+        "dead_time" | "delay" => vec![("delay", -0.1, 0.1)],
+        "extra_mode" => vec![("damping_ratio", 1e-5, 0.5)],
         _ => Vec::new(),
     }
 }

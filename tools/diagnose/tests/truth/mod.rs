@@ -82,6 +82,14 @@ impl Bench {
         }
     }
 
+    /// Where sweeps begin: a force moves a free base the further the slower it is.
+    fn lowest_hz(self) -> f64 {
+        match self {
+            Self::MovedBase => 0.1,
+            Self::ForcedBase => 0.5,
+        }
+    }
+
     fn input(self) -> &'static str {
         match self {
             Self::MovedBase => "base_position_m",
@@ -160,7 +168,8 @@ impl Bench {
         const FINER: usize = 20;
         let count = (run.duration_s * 100.0) as usize;
         let fine: Vec<f64> = (0..=count * FINER).map(|k| k as f64 / (100 * FINER) as f64).collect();
-        let input: Vec<f64> = fine.iter().map(|t| run.amplitude * self.amplitude() * run.sweep(*t)).collect();
+        let input: Vec<f64> =
+            fine.iter().map(|t| run.amplitude * self.amplitude() * run.sweep(self.lowest_hz(), *t)).collect();
         let truth = Recording::new("truth", fine).with_column(self.input(), input.clone());
         let simulated = simulate(&model, &truth).unwrap();
         let every = |samples: &[f64]| samples.iter().step_by(FINER).copied().collect::<Vec<f64>>();
@@ -202,10 +211,10 @@ pub fn noisy(clean: &Recording, noise_rms: &[f64], rho: f64, seed: u64) -> Recor
 }
 
 impl Run {
-    /// From 0.1 to 8 Hz or back, growing from nothing within the first second.
-    fn sweep(self, now_s: f64) -> f64 {
+    /// From a low frequency to 8 Hz or back, growing from nothing within the first second.
+    fn sweep(self, low: f64, now_s: f64) -> f64 {
         let t = if self.down { self.duration_s - now_s } else { now_s };
-        let (low, high) = (0.1_f64, 8.0_f64);
+        let high = 8.0_f64;
         let phase = if self.exponential {
             let k = (high / low).ln() / self.duration_s;
             TAU * low * ((k * t).exp() - 1.0) / k

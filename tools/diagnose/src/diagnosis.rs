@@ -7,12 +7,14 @@ use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::Adequacy;
 use crate::error::DiagnoseError;
+use crate::fit::Fitted;
 use crate::intervals::standard_errors;
 use crate::locate::locate;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
 use crate::naming::selection::Search;
 use crate::naming::trials::{Candidate, all_candidates};
+use crate::next_experiment::{other_amplitude, separating_run};
 use crate::options::Options;
 use crate::quality::{fits, role_of};
 use crate::result::{
@@ -84,6 +86,15 @@ pub fn diagnose(
     let missing = !(refit_adequate && selection.chosen.laws.is_empty());
     let located = missing
         .then(|| locate(&study, model, &compared.refitted.hypothesis, &compared.refitted_on_all, &floors));
+    let tied: Vec<&Fitted> =
+        std::iter::once(&selection.chosen).chain(&selection.rivals).map(|member| &member.fitted).collect();
+    let next = if tied.len() > 1 {
+        say("looking for a run that would tell the candidates apart", 0.98);
+        separating_run(&study, &tied, options.most_amplitude)
+    } else {
+        let wanted = missing && study.one_amplitude;
+        wanted.then(|| other_amplitude(&study, model, options.most_amplitude)).flatten()
+    };
     let columns = model.output_columns();
     let samples = study.stack(Role::Train).present() as f64;
     let verdict = verdict(&selection, refit_adequate, is_adequate(&final_tests, options));
@@ -110,7 +121,8 @@ pub fn diagnose(
         orders: located.as_ref().map(|located| located.orders.clone()).unwrap_or_default(),
         surfaces: located.as_ref().map(|located| located.surfaces.clone()).unwrap_or_default(),
         fit,
-        next_experiment: None,
+        next_experiment: next.as_ref().map(|next| next.command.clone()),
+        next_experiment_reason: next.map(|next| next.reason),
         residual_tests: ResidualTests {
             odd_distortion_db: located.as_ref().and_then(|located| located.odd_db),
             even_distortion_db: located.as_ref().and_then(|located| located.even_db),

@@ -29,20 +29,19 @@ pub(crate) struct Effort {
     rounds: usize,
     /// A search ends when a step gains less than this share of the sum of squares.
     tolerance: f64,
+    /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew:
+    /// they change little, and most of a step's simulations are theirs.
+    kept_steps: usize,
 }
 
 impl Effort {
     /// To see what a candidate is good for.
-    pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4 };
+    pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4 };
     /// To compare candidates.
-    pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5 };
+    pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
     /// For what is reported.
-    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7 };
+    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 0 };
 }
-
-/// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew: they
-/// change little, and most of a step's simulations are theirs.
-const KEPT_STEPS: usize = 4;
 
 /// A hypothesis whose parameters have been fitted.
 #[derive(Debug, Clone)]
@@ -70,6 +69,8 @@ struct Problem<'p, 'r> {
     budget: AtomicUsize,
     /// Whether differences are taken to both sides: what two parameters do alike cancels only then.
     central: bool,
+    /// See [`Effort`].
+    kept_steps: usize,
     /// Derivatives by the model's own parameters, and the steps for which they may still be used.
     kept: Mutex<(usize, Vec<Vec<f64>>)>,
 }
@@ -97,7 +98,7 @@ impl Problem<'_, '_> {
         let Ok(mut kept) = self.kept.lock() else { return self.jacobian(search, point) };
         if laws.is_empty() || own.is_empty() || kept.0 == 0 {
             let all = self.jacobian(search, point);
-            *kept = (KEPT_STEPS, own.iter().map(|&index| all[index].clone()).collect());
+            *kept = (self.kept_steps, own.iter().map(|&index| all[index].clone()).collect());
             return all;
         }
         kept.0 -= 1;
@@ -229,6 +230,7 @@ pub(crate) fn fit_beside(
             absorbing,
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
+            kept_steps: effort.kept_steps,
             kept: Mutex::default(),
         };
         let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
@@ -278,6 +280,15 @@ impl Fitted {
     /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*, nuisances
     /// taken out; one column per parameter over all recordings.
     pub(crate) fn sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
+        self.sensitivities_by(stack, true)
+    }
+
+    /// The same by differences to one side.
+    pub(crate) fn rough_sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
+        self.sensitivities_by(stack, false)
+    }
+
+    fn sensitivities_by(&self, stack: &Stack<'_>, central: bool) -> Vec<Vec<f64>> {
         let problem = Problem {
             stack,
             hypothesis: &self.hypothesis,
@@ -285,7 +296,8 @@ impl Fitted {
             starts: self.initial_states(),
             absorbing: None,
             budget: AtomicUsize::new(0),
-            central: true,
+            central,
+            kept_steps: 0,
             kept: Mutex::default(),
         };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();

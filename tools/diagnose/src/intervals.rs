@@ -1,11 +1,12 @@
 //! Standard errors of fitted parameters under coloured noise.
 
 use nalgebra::DMatrix;
-use stillbeam_identify::tall::add_scaled;
+use stillbeam_identify::tall::{add_scaled, dot};
 
 use crate::fit::{Fitted, gram};
 use crate::stacking::{Segment, Stack};
 use crate::statistics::autoregression::Autoregression;
+use crate::statistics::distributions::chi_squared_tail;
 use crate::statistics::long_run_variance::variance_of_weighted_sum;
 
 /// What is needed to judge any linear functional of the residuals.
@@ -50,7 +51,20 @@ impl Scatter {
 
 /// Standard errors of the free parameters, in their own units; infinite where two cannot be told apart.
 pub(crate) fn standard_errors(stack: &Stack<'_>, fitted: &Fitted, slowest_hz: Option<f64>) -> Vec<f64> {
-    let columns = fitted.sensitivities(stack);
+    errors_from(stack, fitted, fitted.sensitivities(stack), slowest_hz)
+}
+
+/// The same from derivatives to one side only: half the simulations, for what is not reported.
+pub(crate) fn rough_standard_errors(stack: &Stack<'_>, fitted: &Fitted, slowest_hz: Option<f64>) -> Vec<f64> {
+    errors_from(stack, fitted, fitted.rough_sensitivities(stack), slowest_hz)
+}
+
+fn errors_from(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    columns: Vec<Vec<f64>>,
+    slowest_hz: Option<f64>,
+) -> Vec<f64> {
     let scatter = Scatter::new(stack, fitted.residuals(), slowest_hz);
     let slopes = fitted.free.iter().zip(&fitted.values).map(|(p, value)| p.slope(p.to_search(*value)));
     match influences(&columns) {
@@ -61,6 +75,62 @@ pub(crate) fn standard_errors(stack: &Stack<'_>, fitted: &Fitted, slowest_hz: Op
             .map(|(influence, slope)| scatter.variance_of_sum(influence).sqrt() * slope.abs())
             .collect(),
     }
+}
+
+/// How one parameter looks recording by recording.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Consistency {
+    /// Chance of such different values if it were one.
+    pub(crate) p: f64,
+    /// Largest departure of a recording that tells a tenth of what is known, as a share of the value.
+    pub(crate) spread: f64,
+}
+
+/// Standard errors of all free parameters, and for those for which `asked` holds whether the recordings agree about them.
+///
+/// A recording's own value differs from the joint one by the sum of its residuals, weighted by how they move the parameter,
+/// over the share of the information that it holds.
+pub(crate) fn precision(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    slowest_hz: Option<f64>,
+    asked: &dyn Fn(&str) -> bool,
+) -> (Vec<f64>, Vec<Option<Consistency>>) {
+    let columns = fitted.sensitivities(stack);
+    let residuals = fitted.residuals();
+    let scatter = Scatter::new(stack, residuals.clone(), slowest_hz);
+    let Some(influences) = influences(&columns) else {
+        return (vec![f64::INFINITY; fitted.free.len()], vec![None; fitted.free.len()]);
+    };
+    let mut errors = Vec::new();
+    let mut agreements = Vec::new();
+    for (index, influence) in influences.iter().enumerate() {
+        let (parameter, value) = (&fitted.free[index], fitted.values[index]);
+        let slope = parameter.slope(parameter.to_search(value)).abs();
+        errors.push(scatter.variance_of_sum(influence).sqrt() * slope);
+        let wanted = fitted.records.len() > 1 && asked(&parameter.path);
+        agreements.push(wanted.then(|| {
+            let (mut statistic, mut spread) = (0.0, 0.0_f64);
+            let mut start = 0;
+            for record in &fitted.records {
+                let range = start..start + record.residuals.len();
+                start = range.end;
+                let mut own = vec![0.0; influence.len()];
+                own[range.clone()].copy_from_slice(&influence[range.clone()]);
+                let shift = dot(&own[range.clone()], &residuals[range.clone()]);
+                let variance = scatter.variance_of_sum(&own);
+                let share = dot(&own[range.clone()], &columns[index][range]);
+                if variance > 0.0 {
+                    statistic += shift * shift / variance;
+                }
+                if share > 0.1 {
+                    spread = spread.max((shift / share * slope / value).abs());
+                }
+            }
+            Consistency { p: chi_squared_tail(statistic, (fitted.records.len() - 1) as f64), spread }
+        }));
+    }
+    (errors, agreements)
 }
 
 /// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter.

@@ -9,17 +9,21 @@
 //! | what is left is tested | `adequacy` |
 //! | and located: link, time, frequency, order, amplitude, latent force over position and speed | `locate` |
 //! | laws of the catalogue are tried at every place, fitted, put through gates | `naming` |
+//! | the run that would tell candidates apart is looked for | `next_experiment` |
+//! | the whole is tried on itself | [`controls`](fn@controls) |
 //! | and the verdict is put together | `verdict`, `quality`, [`diagnose`](fn@diagnose) |
 //!
 //! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
+mod controls;
 mod diagnosis;
 mod error;
 mod fit;
 mod intervals;
 mod locate;
 mod naming;
+mod next_experiment;
 mod noise;
 mod options;
 mod outliers;
@@ -33,6 +37,7 @@ mod statistics;
 mod study;
 mod verdict;
 
+pub use controls::{Controls, controls};
 pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;
 pub use locate::{CELLS, ForceSurface, ORDERS, OrderMap};

@@ -199,6 +199,9 @@ pub struct CandidateRow {
     pub location: String,
     /// Standard errors from zero in the screen.
     pub screen_t: f64,
+    /// The strength at which it would be five standard errors from zero on these recordings, as far as a straight line
+    /// says: its first parameter's name and value. `None` for laws without a strength.
+    pub detection_limit: Option<(String, f64)>,
     /// Share (0 to 1) of the law's effect that a linear refit would hide.
     pub hidden_share: f64,
     /// Fitted parameters; empty for a candidate that the screen dropped.
@@ -281,8 +284,10 @@ pub struct Diagnosis {
     pub fit: Fits,
     /// Candidates that cannot be told apart.
     pub ties: Vec<Tie>,
-    /// The run that would tell the tied candidates apart.
+    /// The run that would tell the tied candidates apart, as a line for the board's console.
     pub next_experiment: Option<String>,
+    /// What is to be expected of it.
+    pub next_experiment_reason: Option<String>,
     /// Tests of what is left.
     pub residual_tests: ResidualTests,
     /// Every candidate with its gates.

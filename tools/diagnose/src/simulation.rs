@@ -1,6 +1,7 @@
 //! A model with values for its parameters, run over a recording.
 
 use std::collections::HashMap;
+use std::rc::Rc;
 
 use stillbeam_plant::state_space::Discrete;
 use stillbeam_plant::{
@@ -118,7 +119,7 @@ fn with_zero_input(model: &mut Model, grid: &Recording) -> Option<Recording> {
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
     let space = StateSpace::new(&hypothesis.model).ok()?;
     let rest = space.rest_at(0.0);
-    let mut steps: HashMap<u64, Discrete> = HashMap::new();
+    let mut steps: HashMap<i64, Rc<Discrete>> = HashMap::new();
     let mut responses = Vec::new();
     for name in coordinates(&space) {
         for unit in [(1.0, 0.0), (0.0, 1.0)] {
@@ -144,31 +145,45 @@ fn free_response(
     start: &[f64],
     start_s: f64,
     times_s: &[f64],
-    steps: &mut HashMap<u64, Discrete>,
+    steps: &mut HashMap<i64, Rc<Discrete>>,
 ) -> Option<Vec<f64>> {
     let row = &space.outputs().get(output)?.row;
     let mut state = start.to_vec();
     let mut next = Vec::with_capacity(state.len());
     let mut now = start_s;
     let mut response = Vec::with_capacity(times_s.len());
+    let mut last: Option<(i64, Rc<Discrete>)> = None;
     for &time_s in times_s {
         let interval_s = time_s - now;
         if interval_s > 0.0 {
             // To the nanosecond, so that stamps that differ by rounding share a step.
-            let rounded_s = (interval_s * 1e9).round() * 1e-9;
-            let step = match steps.entry(rounded_s.to_bits()) {
-                std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
-                std::collections::hash_map::Entry::Vacant(place) => {
-                    place.insert(space.discretise(rounded_s).ok()?)
-                }
+            let nanoseconds = (interval_s * 1e9 + 0.5) as i64;
+            let step = match last.take().filter(|(length, _)| *length == nanoseconds) {
+                Some((_, step)) => step,
+                None => step_of(space, nanoseconds, steps)?,
             };
             step.advance(&state, 0.0, 0.0, &mut next);
+            last = Some((nanoseconds, step));
             std::mem::swap(&mut state, &mut next);
             now = time_s;
         }
         response.push(row.read(&state, 0.0, 0.0));
     }
     Some(response)
+}
+
+/// A step made once.
+fn step_of(
+    space: &StateSpace,
+    nanoseconds: i64,
+    steps: &mut HashMap<i64, Rc<Discrete>>,
+) -> Option<Rc<Discrete>> {
+    if let Some(known) = steps.get(&nanoseconds) {
+        return Some(Rc::clone(known));
+    }
+    let made = Rc::new(space.discretise(nanoseconds as f64 * 1e-9).ok()?);
+    steps.insert(nanoseconds, Rc::clone(&made));
+    Some(made)
 }
 
 /// Lowest and highest frequency at which a model vibrates, hertz; `None` when it does not.

@@ -23,6 +23,8 @@ pub(crate) struct Study {
     pub(crate) set_aside: Vec<String>,
     /// What keeps the verdict from saying more.
     pub(crate) caps: Vec<String>,
+    /// Whether all recordings were driven equally hard.
+    pub(crate) one_amplitude: bool,
     /// Per output of the model: one over the scale of its residuals.
     pub(crate) weights: Vec<f64>,
     /// Lowest and highest frequency of the model, hertz.
@@ -50,6 +52,7 @@ impl Study {
             held_out: Vec::new(),
             set_aside: Vec::new(),
             caps: Vec::new(),
+            one_amplitude: false,
             weights: vec![1.0; model.output_columns().len()],
             slowest_hz,
             fastest_hz,
@@ -67,7 +70,43 @@ impl Study {
             return Err(DiagnoseError::NoTraining);
         }
         study.find_held_out(model, train)?;
+        study.find_caps(model);
         Ok(study)
+    }
+
+    /// What these recordings cannot decide, whatever is found in them.
+    fn find_caps(&mut self, model: &Model) {
+        let reaches: Vec<f64> = self
+            .train
+            .iter()
+            .chain(&self.held_out)
+            .filter_map(|record| match &record.input {
+                Some(input) => Some(reach(input)),
+                None => record.outputs.first().map(|output| reach(&output.samples)),
+            })
+            .collect();
+        let most = reaches.iter().copied().fold(0.0, f64::max);
+        self.one_amplitude = reaches.iter().all(|reach| *reach > SAME_AMPLITUDE * most);
+        if self.one_amplitude && reaches.len() > 1 {
+            self.caps.push(
+                "all recordings were driven equally hard: how an effect grows with amplitude is seen only within them; \
+                 record a run at another amplitude"
+                    .to_owned(),
+            );
+        }
+        let has_base = matches!(model, Model::BeamOnBase(_) | Model::Modal(_))
+            && model.input().is_some_and(|input| input.column != "base_position_m");
+        let sees_base = self
+            .train
+            .iter()
+            .any(|record| record.outputs.iter().any(|output| output.column == "base_position_m"));
+        if has_base && !sees_base {
+            self.caps.push(
+                "the base was not recorded: what the drive does cannot be told from what the base does, nor a late drive from a \
+                 late sensor; record base_position_m"
+                    .to_owned(),
+            );
+        }
     }
 
     /// Without held-out recordings the last training one is held out, or half of the only one.
@@ -303,6 +342,9 @@ impl Study {
         any
     }
 }
+
+/// Recordings within this share of the largest count as driven equally hard.
+const SAME_AMPLITUDE: f64 = 0.8;
 
 /// A recorded output this many times larger or smaller than simulated is in another unit.
 const UNIT: f64 = 200.0;

@@ -130,6 +130,9 @@ pub(crate) fn ties(selection: &Selection, candidates: &[Candidate]) -> Vec<Tie> 
     vec![Tie { candidates: sets, sentence }]
 }
 
+/// Standard errors at which a law counts as seen.
+const DETECTED: f64 = 5.0;
+
 /// Every candidate with what became of it.
 pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64) -> Vec<CandidateRow> {
     let model = &selection.chosen.fitted.hypothesis.model;
@@ -158,6 +161,9 @@ pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64)
                 id: candidate.law.id().to_owned(),
                 location: candidate.location.clone(),
                 screen_t: screened.t,
+                detection_limit: screened.trial.amplitudes.first().map(|(name, value)| {
+                    ((*name).to_owned(), (value * screened.factor * DETECTED / screened.t).abs())
+                }),
                 hidden_share: screened.hidden,
                 parameters: tried.map(|tried| estimates(model, candidate, tried)).unwrap_or_default(),
                 training_t: tried.map(|tried| tried.training.t()),

@@ -11,10 +11,25 @@ pub struct Case {
     pub location: &'static str,
     /// Strength 1 is about what the machine might have.
     pub law: fn(f64) -> Physics,
+    /// Laws that this one contains, made from it: it is seen only by what they cannot do.
+    pub contained: &'static [fn(&Physics) -> Physics],
 }
 
 fn law(id: &str, location: &str, parameters: &[(&str, f64)]) -> Physics {
     parameters.iter().fold(Physics::new(id, location), |law, (name, value)| law.with(*name, *value))
+}
+
+/// Laws that a law contains.
+fn contained(id: &str) -> &'static [fn(&Physics) -> Physics] {
+    match id {
+        "stribeck_friction" => {
+            &[|law| Physics::new("coulomb_friction", "base").with("force", law.parameters["force"])]
+        }
+        "asymmetric_friction" => &[|law| {
+            Physics::new("constant_force", "base").with("force", 0.1 * law.parameters["force_forward"])
+        }],
+        _ => &[],
+    }
 }
 
 macro_rules! case {
@@ -24,6 +39,7 @@ macro_rules! case {
             id: $id,
             location: $location,
             law: |$s| law($id, $location, &[$(($name, $value)),+]),
+            contained: contained($id),
         }
     };
 }

@@ -137,7 +137,16 @@ impl Log {
             .zip(RESULT_RUNS)
             .map(|(number, run)| {
                 let seed = 100 * seed + number;
-                spoiled(noisy(&bench.clean(run, laws), noise.0, noise.1, seed), outliers, seed)
+                // A sensor rounds what it reads, noise and all.
+                let (rounding, others): (Vec<Physics>, Vec<Physics>) =
+                    laws.iter().cloned().partition(|law| law.id == "quantisation");
+                let mut recording = noisy(&bench.clean(run, &others), noise.0, noise.1, seed);
+                for law in rounding {
+                    let step = law.parameters["step"];
+                    let samples = &mut recording.columns[1].samples;
+                    samples.iter_mut().for_each(|value| *value = (*value / step).round() * step);
+                }
+                spoiled(recording, outliers, seed)
             })
             .collect();
         let (train, held_out) = recordings.split_at(RESULT_TRAINED);
@@ -273,7 +282,7 @@ fn wanted(plan: &Plan) -> Vec<Case> {
 
 fn laws(plan: &Plan, benches: &mut Benches, log: &mut Log) {
     for seed in plan.seeds() {
-        for case in wanted(plan) {
+        for case in &wanted(plan) {
             for &db in &plan.db {
                 for &times in &plan.times {
                     let sensitivity = benches.of(case.bench, db);
@@ -286,7 +295,7 @@ fn laws(plan: &Plan, benches: &mut Benches, log: &mut Log) {
                     if log.has("laws", &name) {
                         continue;
                     }
-                    let Some(strength) = sensitivity.strength(case.law, times * LIMIT) else {
+                    let Some(strength) = sensitivity.strength(case, times * LIMIT) else {
                         eprintln!("{name}: cannot be made that strong");
                         continue;
                     };
@@ -332,7 +341,7 @@ fn composites(plan: &Plan, benches: &mut Benches, log: &mut Log) {
             let sensitivity = benches.of(bench, 45.0);
             let laws: Vec<Physics> = chosen
                 .iter()
-                .filter_map(|case| sensitivity.strength(case.law, 30.0 * LIMIT).map(case.law))
+                .filter_map(|case| sensitivity.strength(case, 30.0 * LIMIT).map(case.law))
                 .collect();
             let noise = sensitivity.noise_rms.clone();
             log.case("composites", &name, bench, &laws, (&noise, 0.0), 0, &[], seed);
@@ -348,7 +357,7 @@ fn left_out(plan: &Plan, benches: &mut Benches, log: &mut Log) {
                 continue;
             }
             let sensitivity = benches.of(case.bench, 45.0);
-            let Some(strength) = sensitivity.strength(case.law, 30.0 * LIMIT) else { continue };
+            let Some(strength) = sensitivity.strength(&case, 30.0 * LIMIT) else { continue };
             let noise = sensitivity.noise_rms.clone();
             let law = (case.law)(strength);
             log.case("left-out", &name, case.bench, &[law], (&noise, 0.0), 0, &[case.id], seed);
@@ -376,7 +385,7 @@ fn absorbed(plan: &Plan, benches: &mut Benches, log: &mut Log) {
                 continue;
             }
             let sensitivity = benches.of(case.bench, 45.0);
-            let Some(strength) = sensitivity.strength(case.law, 10.0 * LIMIT) else { continue };
+            let Some(strength) = sensitivity.strength(&case, 10.0 * LIMIT) else { continue };
             let noise = sensitivity.noise_rms.clone();
             let law = (case.law)(strength);
             log.case("absorbed", &name, case.bench, &[law], (&noise, 0.0), 0, &[], seed);

@@ -4,6 +4,7 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Recording;
 
+use crate::cases::Case;
 use crate::truth::{Bench, Run};
 
 /// What a machine would record without noise, and what a refit of its parameters could change.
@@ -61,20 +62,38 @@ impl Sensitivity {
         Self { bench, runs: runs.to_vec(), clean, noise_rms, absorbing }
     }
 
-    /// Standard errors from no effect, and the share of the effect's power that a refit hides.
-    pub fn effect(&self, laws: &[Physics]) -> (f64, f64) {
-        let with: Vec<Recording> = self.runs.iter().map(|run| self.bench.clean(*run, laws)).collect();
-        let (after, before) = (flat(&with, &self.noise_rms), flat(&self.clean, &self.noise_rms));
-        let mut change: Vec<f64> = after.iter().zip(&before).map(|(a, b)| a - b).collect();
+    /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
+    /// this one contains: what they could do is not its own.
+    pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
+        let mut absorbing = self.absorbing.clone();
+        for law in contained {
+            absorbing.push(self.change(std::slice::from_ref(law)));
+        }
+        let mut change = self.change(laws);
         let whole = dot(&change, &change);
-        self.absorbing.remove_from(&mut change);
+        absorbing.remove_from(&mut change);
         let left = dot(&change, &change);
         (left.sqrt(), 1.0 - left / whole)
     }
 
+    fn change(&self, laws: &[Physics]) -> Vec<f64> {
+        let with: Vec<Recording> = self.runs.iter().map(|run| self.bench.clean(*run, laws)).collect();
+        let (after, before) = (flat(&with, &self.noise_rms), flat(&self.clean, &self.noise_rms));
+        after.iter().zip(&before).map(|(a, b)| a - b).collect()
+    }
+
+    /// The same without any.
+    pub fn effect(&self, laws: &[Physics]) -> (f64, f64) {
+        self.effect_beside(laws, &[])
+    }
+
     /// The strength at which the effect has this many standard errors; `None` where none does.
-    pub fn strength(&self, law: fn(f64) -> Physics, wanted: f64) -> Option<f64> {
-        let at = |strength: f64| self.effect(&[law(strength)]).0;
+    pub fn strength(&self, case: &Case, wanted: f64) -> Option<f64> {
+        let at = |strength: f64| {
+            let law = (case.law)(strength);
+            let contained: Vec<Physics> = case.contained.iter().map(|make| make(&law)).collect();
+            self.effect_beside(&[law], &contained).0
+        };
         let mut strength = 1.0;
         for _ in 0..14 {
             let seen = at(strength);

@@ -7,10 +7,14 @@
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
 //! | determined | are the parameters larger than their standard errors |
 //! | size | does it explain a noticeable part of what was left |
+//! | consistent | do all training recordings agree about its strength |
+//! | stable | does the model stay finite at one and a half times the largest input |
+//!
+//! The last two are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_identify::tall::{add_scaled, dot};
 
-use crate::intervals::Scatter;
+use crate::intervals::{Consistency, Scatter};
 use crate::options::Options;
 use crate::result::Gate;
 use crate::stacking::{RecordFit, Stack};
@@ -42,6 +46,31 @@ pub(crate) fn improvement(
     }
     let ratio = dot(&before, &before) / dot(&after, &after).max(f64::MIN_POSITIVE);
     Improvement { z, worst_z: worst, gain_db: 10.0 * ratio.log10() }
+}
+
+/// Squares that one model leaves less than another, and the variance of the sum that this hangs on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Compared {
+    pub(crate) gain: f64,
+    pub(crate) variance: f64,
+}
+
+/// The parts of [`improvement`], to be pooled over roles.
+pub(crate) fn compare(
+    stack: &Stack<'_>,
+    without: &[RecordFit],
+    with: &[RecordFit],
+    slowest_hz: Option<f64>,
+) -> Compared {
+    let flat =
+        |fits: &[RecordFit]| fits.iter().flat_map(|fit| fit.residuals.iter().copied()).collect::<Vec<f64>>();
+    let (before, after) = (flat(without), flat(with));
+    let mut difference = before.clone();
+    add_scaled(&mut difference, -1.0, &after);
+    let gain = dot(&before, &before) - dot(&after, &after);
+    // Noise is what the better of the two leaves.
+    let noise = if gain > 0.0 { after } else { before };
+    Compared { gain, variance: Scatter::new(stack, noise, slowest_hz).variance_of_sum(&difference) }
 }
 
 /// See [`improvement`].
@@ -93,7 +122,23 @@ pub(crate) struct Trialled<'t> {
     /// Sum of squares taken off the training residual, and what noise alone would leave of it.
     pub(crate) explained: f64,
     pub(crate) systematic: f64,
+    /// What only chosen laws are asked.
+    pub(crate) closer: Option<Closer>,
 }
+
+/// What only chosen laws are asked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Closer {
+    /// Of the parameter that sets the strength and about which the recordings agree least.
+    pub(crate) consistency: Option<Consistency>,
+    /// Whether the model stays finite when driven harder.
+    pub(crate) stable: bool,
+}
+
+/// Recordings disagree about a parameter when chance would rarely have it, and ...
+const DISAGREES_P: f64 = 1e-5;
+/// ... it matters: a recording's own value is off by this share.
+const DISAGREES_BY: f64 = 0.2;
 
 /// Runs all gates.
 pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
@@ -147,5 +192,22 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         share > 0.05,
         format!("takes {:.0} % off what noise does not explain", 100.0 * share.min(1.0)),
     ));
+    if let Some(closer) = &trialled.closer {
+        if let Some(Consistency { p, spread }) = closer.consistency {
+            gates.push(gate(
+                "consistent",
+                p > DISAGREES_P || spread < DISAGREES_BY,
+                format!(
+                    "recordings on their own would have it up to {:.0} % different (p = {p:.1e})",
+                    100.0 * spread
+                ),
+            ));
+        }
+        gates.push(gate(
+            "stable",
+            closer.stable,
+            "simulated at one and a half times the largest input".to_owned(),
+        ));
+    }
     gates
 }

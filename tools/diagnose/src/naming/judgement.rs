@@ -2,11 +2,13 @@
 
 use rayon::prelude::*;
 
+use super::gates::Closer;
 use super::rounds::Tried;
 use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::fit::Fitted;
-use crate::intervals::standard_errors;
+use crate::intervals::precision;
+use crate::simulation::simulate;
 use stillbeam_recording::Role;
 
 impl Search<'_> {
@@ -57,7 +59,9 @@ impl Search<'_> {
     /// Every law of a set judged, and the sets without it, in the set's order.
     fn judge_laws(&self, chosen: &Member, refitted: &Fitted) -> (Vec<Tried>, Vec<Member>) {
         let stack = self.study.stack(Role::Train);
-        let errors = standard_errors(&stack, &chosen.fitted, self.study.slowest_hz);
+        let is_law = |path: &str| path.starts_with("physics.");
+        let (errors, agreements) = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
+        let stable = self.is_stable(chosen);
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
@@ -73,17 +77,52 @@ impl Search<'_> {
                     held_out: chosen.held_out.clone(),
                 });
                 let own = format!("physics.{}.", self.given_laws + place + 1);
-                let tried = self.judged(&without, chosen.clone(), chosen.laws[place], &own, &errors);
+                let amplitudes = self.candidates[chosen.laws[place]].amplitude_names();
+                let strengths = chosen.fitted.free.iter().zip(&agreements).filter(|(parameter, _)| {
+                    parameter.path.strip_prefix(&own).is_some_and(|name| amplitudes.iter().any(|a| a == name))
+                });
+                let worst =
+                    strengths.filter_map(|(_, agreement)| *agreement).min_by(|a, b| a.p.total_cmp(&b.p));
+                let closer = Some(Closer { consistency: worst, stable });
+                let tried = self.judged(&without, chosen.clone(), chosen.laws[place], &own, &errors, closer);
                 (tried, without)
             })
             .unzip()
     }
 
+    /// Whether the model stays within ten times what is linear when the input is half as large again.
+    fn is_stable(&self, member: &Member) -> bool {
+        const HARDER: f64 = 1.5;
+        self.study.train.iter().all(|record| {
+            let mut harder = record.clone();
+            for column in &mut harder.grid.columns {
+                column.samples.iter_mut().for_each(|value| *value *= HARDER);
+            }
+            let reach = |outputs: &[Vec<f64>]| {
+                outputs.iter().flatten().fold(0.0_f64, |most, value| {
+                    // A comparison with NaN is false: keep it.
+                    if value.is_finite() { most.max(value.abs()) } else { f64::INFINITY }
+                })
+            };
+            let hypothesis = &member.fitted.hypothesis;
+            match (simulate(hypothesis, record, &[]), simulate(hypothesis, &harder, &[])) {
+                (Some(normal), Some(driven)) => reach(&driven) <= 10.0 * HARDER * reach(&normal),
+                _ => false,
+            }
+        })
+    }
+
     fn find_rivals(&self, selection: &mut Selection, without: &Member) {
-        let (screened, tried) = self.round(without);
-        if selection.chosen.laws.len() == 1 {
-            selection.screened = screened;
-        }
+        let known = selection.chosen.laws.len() == 1 && !self.weighed_again;
+        let tried = if known {
+            selection.tried.clone()
+        } else {
+            let (screened, tried) = self.round(without);
+            if selection.chosen.laws.len() == 1 {
+                selection.screened = screened;
+            }
+            tried
+        };
         for other in tried {
             if selection.chosen.laws.contains(&other.candidate) {
                 continue;
@@ -91,7 +130,7 @@ impl Search<'_> {
             let chosen = &selection.chosen;
             // What needs more parameters to do as well is no rival.
             let as_simple = other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let close = |member: &Member| self.better_by(member, chosen) < self.options.held_out_gate;
+            let close = |member: &Member| self.better_by(member, chosen) < self.options.separation;
             if other.passes() && as_simple {
                 let member = self.finished(other.member.clone());
                 if close(&member) {

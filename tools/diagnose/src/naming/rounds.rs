@@ -5,12 +5,13 @@ use stillbeam_identify::tall::Orthonormal;
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{Improvement, Trialled, gates, improvement};
+use super::gates::{Closer, Improvement, Trialled, gates, improvement};
 use super::screening::{Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
+use super::trials::Trial;
 use crate::fit::{Effort, fit_beside};
-use crate::intervals::standard_errors;
+use crate::intervals::rough_standard_errors;
 use crate::result::Gate;
 
 /// A candidate that was fitted on top of a set.
@@ -32,28 +33,40 @@ impl Tried {
     }
 }
 
-/// Candidates fitted per round, the most promising first.
-const FITTED_PER_ROUND: usize = 4;
+/// Candidates fitted per round: these many at least and at most, the most promising first, ...
+const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
+/// ... as long as they take away at least this share of what the best takes.
+const CONTENDS: f64 = 0.5;
+/// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
+const LOOKED_AT_ANYWAY: usize = 4;
+const UNLIKELY: f64 = 2.0;
 /// Candidates fitted with the model's own parameters held to straight lines, to see which are worth more.
-const SKETCHED_PER_ROUND: usize = 10;
+const SKETCHED_PER_ROUND: usize = 8;
 
 impl Search<'_> {
     /// Screens all candidates on top of a set and fits the promising ones.
     pub(crate) fn round(&self, base: &Member) -> (Vec<Screened>, Vec<Tried>) {
         let stack = self.study.stack(Role::Train);
         let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz);
-        let mut promising: Vec<&Screened> = screened
-            .iter()
-            .filter(|s| !base.laws.contains(&s.candidate) && s.t.abs() > self.options.training_gate)
-            .collect();
+        let mut promising: Vec<&Screened> =
+            screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
         promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
+        let mut place = 0;
+        promising.retain(|s| {
+            place += 1;
+            s.t.abs() > self.options.training_gate || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
+        });
         promising.truncate(SKETCHED_PER_ROUND);
         let mut absorbing = Orthonormal::default();
-        base.fitted.sensitivities(&stack).into_iter().for_each(|column| absorbing.push(column));
+        base.fitted.rough_sensitivities(&stack).into_iter().for_each(|column| absorbing.push(column));
         let mut sketched: Vec<(f64, Physics, &Screened)> =
             promising.par_iter().filter_map(|screened| self.sketch(base, screened, &absorbing)).collect();
         sketched.sort_by(|a, b| a.0.total_cmp(&b.0));
-        sketched.truncate(FITTED_PER_ROUND);
+        let best = sketched.first().map_or(0.0, |(left, ..)| base.fitted.sum_of_squares - left);
+        let contends = |left: f64| base.fitted.sum_of_squares - left > CONTENDS * best;
+        let contenders = sketched.iter().take_while(|(left, ..)| contends(*left)).count();
+        sketched.truncate(contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()));
         let tried = sketched
             .par_iter()
             .filter_map(|(_, physics, screened)| self.try_on(base, screened, physics))
@@ -61,23 +74,38 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// Fits the law's own parameters; those of the model follow along straight lines. What is left, and the law.
+    /// Fits the law's own parameters from its best trials; those of the model follow along straight lines. What is left,
+    /// and the law.
     fn sketch<'s>(
         &self,
         base: &Member,
         screened: &'s Screened,
         absorbing: &Orthonormal,
     ) -> Option<(f64, Physics, &'s Screened)> {
+        let best = (&screened.trial, screened.factor);
+        std::iter::once(best)
+            .chain(screened.others.iter().map(|(trial, factor)| (trial, *factor)))
+            .filter_map(|(trial, factor)| {
+                self.sketch_from(base, screened.candidate, trial, factor, absorbing)
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(left, physics)| (left, physics, screened))
+    }
+
+    fn sketch_from(
+        &self,
+        base: &Member,
+        candidate: usize,
+        trial: &Trial,
+        factor: f64,
+        absorbing: &Orthonormal,
+    ) -> Option<(f64, Physics)> {
         let number = base.laws.len() + 1 + self.given_laws;
-        let mut physics = self.candidates[screened.candidate].physics(&screened.trial, screened.factor);
+        let candidate = &self.candidates[candidate];
+        let mut physics = candidate.physics(trial, factor);
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
-        let free = law_parameters(
-            &hypothesis.model,
-            &physics,
-            number,
-            &self.candidates[screened.candidate],
-            &screened.trial.amplitude_names(),
-        );
+        let free =
+            law_parameters(&hypothesis.model, &physics, number, candidate, &candidate.amplitude_names());
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let states = base.fitted.initial_states();
         let stack = self.study.stack(Role::Train);
@@ -88,18 +116,18 @@ impl Search<'_> {
                 physics.parameters.insert(name.to_owned(), *value);
             }
         }
-        Some((fitted.sum_of_squares, physics, screened))
+        Some((fitted.sum_of_squares, physics))
     }
 
     /// Fits one candidate on top of a set and runs its gates.
     fn try_on(&self, base: &Member, screened: &Screened, physics: &Physics) -> Option<Tried> {
         let number = base.laws.len() + 1 + self.given_laws;
-        let amplitudes = screened.trial.amplitude_names();
+        let amplitudes = self.candidates[screened.candidate].amplitude_names();
         let member = self.extended(base, screened.candidate, physics, number, &amplitudes)?;
         let own = format!("physics.{number}.");
         let stack = self.study.stack(Role::Train);
-        let errors = standard_errors(&stack, &member.fitted, self.study.slowest_hz);
-        Some(self.judged(base, member, screened.candidate, &own, &errors))
+        let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
+        Some(self.judged(base, member, screened.candidate, &own, &errors, None))
     }
 
     /// The gates of the law whose parameters start with `own`, between a set without and a set with it.
@@ -110,6 +138,7 @@ impl Search<'_> {
         candidate: usize,
         own: &str,
         errors: &[f64],
+        closer: Option<Closer>,
     ) -> Tried {
         let slowest_hz = self.study.slowest_hz;
         let stack = self.study.stack(Role::Train);
@@ -139,6 +168,7 @@ impl Search<'_> {
                 amplitudes: &amplitudes,
                 explained: base.fitted.sum_of_squares - member.fitted.sum_of_squares,
                 systematic: (base.fitted.sum_of_squares - noise).max(1.0),
+                closer,
             },
             self.options,
         );
@@ -146,7 +176,7 @@ impl Search<'_> {
     }
 }
 
-impl super::trials::Trial {
+impl Trial {
     /// Names of the parameters that set the strength.
     pub(crate) fn amplitude_names(&self) -> Vec<String> {
         self.amplitudes.iter().map(|(name, _)| (*name).to_owned()).collect()

@@ -25,7 +25,14 @@ pub(crate) struct Screened {
     pub(crate) explained: f64,
     /// The effect of the factor found, what could be absorbed taken out.
     pub(crate) direction: Vec<f64>,
+    /// The next best trials with their factors: a shape may have more than one valley.
+    pub(crate) others: Vec<(Trial, f64)>,
 }
+
+/// Trials kept besides the best.
+const OTHERS: usize = 2;
+/// As long as they explain this share of what the best explains.
+const WORTH: f64 = 0.5;
 
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
@@ -46,23 +53,40 @@ pub(crate) fn screen(
         .par_iter()
         .enumerate()
         .filter_map(|(index, candidate)| {
-            let screened = candidate.trials.iter().filter_map(|trial| {
-                screen_trial(stack, fitted, &residuals, &absorbing, (index, candidate), trial, slowest_hz)
-            });
-            screened.reduce(|best, other| if other.explained > best.explained { other } else { best })
+            let trials = candidate.trials.iter();
+            let mut seen: Vec<Seen> = trials
+                .filter_map(|trial| see(stack, fitted, &residuals, &absorbing, candidate, trial))
+                .collect();
+            seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+            let least = WORTH * seen.first().map_or(0.0, |best| best.explained);
+            let others = seen.iter().skip(1).take(OTHERS).filter(|other| other.explained > least);
+            let others = others.map(|seen| (seen.trial.clone(), seen.factor)).collect();
+            let best = seen.into_iter().next()?;
+            screened(stack, &residuals, index, best, others, slowest_hz)
         })
         .collect()
 }
 
-fn screen_trial(
+/// One trial's effect beside the residual.
+struct Seen {
+    trial: Trial,
+    /// What the trial's amplitudes are to be multiplied by.
+    factor: f64,
+    /// What the effect is to be multiplied by.
+    share: f64,
+    effect: Vec<f64>,
+    hidden: f64,
+    explained: f64,
+}
+
+fn see(
     stack: &Stack<'_>,
     fitted: &Fitted,
     residuals: &[f64],
     absorbing: &Orthonormal,
-    (index, candidate): (usize, &Candidate),
+    candidate: &Candidate,
     trial: &Trial,
-    slowest_hz: Option<f64>,
-) -> Option<Screened> {
+) -> Option<Seen> {
     let (mut effect, size) = sized_effect(stack, fitted, residuals, candidate, trial)?;
     let whole = dot(&effect, &effect);
     // Twice: one pass leaves rounding of what was large.
@@ -72,25 +96,39 @@ fn screen_trial(
     if !(left > 1e-12 * whole && left > 0.0) {
         return None;
     }
-    let mut factor = dot(&effect, residuals) / left;
-    if factor < 0.0 && !candidate.is_signed(trial) {
+    let mut share = dot(&effect, residuals) / left;
+    if share < 0.0 && !candidate.is_signed(trial) {
         // A law of one sign that would have to be negative explains nothing.
-        factor = 0.0;
+        share = 0.0;
     }
+    let (hidden, explained) = (1.0 - left / whole, share * share * left);
+    Some(Seen { trial: trial.clone(), factor: share * size, share, effect, hidden, explained })
+}
+
+/// How certain the best trial is.
+fn screened(
+    stack: &Stack<'_>,
+    residuals: &[f64],
+    candidate: usize,
+    seen: Seen,
+    others: Vec<(Trial, f64)>,
+    slowest_hz: Option<f64>,
+) -> Option<Screened> {
+    let Seen { trial, factor, share, mut effect, hidden, explained } = seen;
     let mut rest = residuals.to_vec();
-    add_scaled(&mut rest, -factor, &effect);
+    add_scaled(&mut rest, -share, &effect);
     let scatter = Scatter::new(stack, rest, slowest_hz);
-    let t = factor * left / scatter.variance_of_sum(&effect).sqrt();
-    let explained = factor * factor * left;
-    effect.iter_mut().for_each(|value| *value *= if factor == 0.0 { 1.0 } else { factor });
+    let t = share * dot(&effect, &effect) / scatter.variance_of_sum(&effect).sqrt();
+    effect.iter_mut().for_each(|value| *value *= if share == 0.0 { 1.0 } else { share });
     t.is_finite().then_some(Screened {
-        candidate: index,
-        trial: trial.clone(),
-        factor: factor * size,
+        candidate,
+        trial,
+        factor,
         t,
-        hidden: 1.0 - left / whole,
+        hidden,
         explained,
         direction: effect,
+        others,
     })
 }
 

@@ -91,8 +91,7 @@ impl Search<'_> {
         let best = passing.iter().min_by(|a, b| by_fit(a, b))?;
         let size = |tried: &Tried| tried.member.fitted.free.len();
         let as_good = |other: &&Tried| {
-            size(other) < size(best)
-                && self.better_by(&other.member, &best.member) < self.options.held_out_gate
+            size(other) < size(best) && self.better_by(&other.member, &best.member) < self.options.separation
         };
         let simpler = passing.iter().filter(as_good).min_by(|a, b| size(a).cmp(&size(b)).then(by_fit(a, b)));
         Some(simpler.unwrap_or(best).clone())
@@ -112,7 +111,7 @@ impl Search<'_> {
                 .into_iter()
                 .min_by(|a, b| a.0.total_cmp(&b.0));
             match weakest {
-                Some((z, without)) if z < self.options.held_out_gate => member = without,
+                Some((z, without)) if z < self.options.separation => member = without,
                 _ => break,
             }
         }

@@ -3,7 +3,7 @@
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::improvement;
+use super::gates::compare;
 use super::selection::Search;
 use super::trials::Candidate;
 use crate::fit::{Effort, Fitted, fit, refit_beside_laws};
@@ -79,14 +79,20 @@ impl Search<'_> {
         self.member(laws, fitted)
     }
 
-    /// How many standard errors a set is better than another: held out where there is something, else in training.
+    /// How many standard errors a set is better than another over all recordings, training and held out; every parameter
+    /// that it has more is worth one square of noise in training.
     pub(crate) fn better_by(&self, without: &Member, with: &Member) -> f64 {
         let slowest_hz = self.study.slowest_hz;
-        if self.study.held_out.is_empty() {
-            let stack = self.study.stack(Role::Train);
-            return improvement(&stack, &without.fitted.records, &with.fitted.records, slowest_hz).z;
-        }
-        improvement(&self.study.stack(Role::HeldOut), &without.held_out, &with.held_out, slowest_hz).z
+        let compared = |role: Role, without: &[RecordFit], with: &[RecordFit]| {
+            compare(&self.study.stack(role), without, with, slowest_hz)
+        };
+        let training = compared(Role::Train, &without.fitted.records, &with.fitted.records);
+        let held_out = compared(Role::HeldOut, &without.held_out, &with.held_out);
+        let freedom = with.fitted.free.len() as f64 - without.fitted.free.len() as f64;
+        let scale = with.fitted.sum_of_squares / self.study.stack(Role::Train).present().max(1) as f64;
+        let gain = training.gain + held_out.gain - freedom * scale;
+        let sd = (training.variance + held_out.variance).sqrt();
+        if sd > 0.0 { gain / (2.0 * sd) } else { 0.0 }
     }
 
     /// A set fitted to the end.

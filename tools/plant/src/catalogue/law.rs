@@ -222,6 +222,10 @@ impl Step {
             if !next.is_finite() {
                 break;
             }
+            // The secant's error is the product of the last two: nothing is left to gain.
+            if (next - b).abs() <= 1e-7 * b.abs() && (b - a).abs() <= 1e-2 * b.abs() {
+                return next;
+            }
             (a, at_a) = (b, at_b);
             b = next;
             at_b = excess(b);

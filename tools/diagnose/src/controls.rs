@@ -39,6 +39,35 @@ pub struct Controls {
     pub named_without_truth: Vec<String>,
 }
 
+impl Controls {
+    /// The outcome in words.
+    pub fn sentence(&self) -> String {
+        let mut said = format!(
+            "Controls: with nothing missing something was named in {} of {} runs (the true rate is below {:.0} % with 95 % confidence).",
+            self.null_named,
+            self.null_runs,
+            100.0 * self.false_name_rate_below
+        );
+        if self.positive_runs > 0 {
+            said.push_str(&format!(
+                " With the physics found built in, exactly that was named in {} of {} runs.",
+                self.positive_named, self.positive_runs
+            ));
+        }
+        match &self.without_truth {
+            Some(_) if self.named_without_truth.is_empty() => {
+                said.push_str(" Struck from the catalogue, nothing else is named in its place.");
+            }
+            Some(_) => said.push_str(&format!(
+                " Struck from the catalogue, {} takes its place: what is named is an effective description.",
+                self.named_without_truth.join(" with ")
+            )),
+            None => {}
+        }
+        said
+    }
+}
+
 /// Runs the controls; `runs` is the number of null runs, and half as many positive ones are made.
 ///
 /// # Errors

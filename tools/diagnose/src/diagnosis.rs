@@ -129,6 +129,7 @@ pub fn diagnose(
             ..pooled_tests(&final_tests)
         },
         set_aside: study.set_aside.clone(),
+        controls: None,
         seconds: started.elapsed().as_secs_f64(),
         overlays: overlays(&study, &columns, models, extended.as_ref()),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),

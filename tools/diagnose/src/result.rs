@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use stillbeam_plant::Model;
 
+use crate::controls::Controls;
 use crate::locate::{ForceSurface, OrderMap};
 use crate::noise::NoiseSource;
 
@@ -296,6 +297,9 @@ pub struct Diagnosis {
     pub confusability: Confusability,
     /// Samples set aside as outliers, with the reason.
     pub set_aside: Vec<String>,
+    /// The diagnosis tried on itself, when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub controls: Option<Controls>,
     /// Wall-clock time.
     pub seconds: f64,
     /// For plots; not part of the JSON.

@@ -1,9 +1,10 @@
 //! `stillbeam diagnose`: which physics a model left out.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use clap::Args;
-use stillbeam_diagnose::{Diagnosis, Options, diagnose};
+use stillbeam_diagnose::{Diagnosis, Options, Progress, controls, diagnose};
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, read_csv};
 
@@ -39,6 +40,14 @@ pub struct DiagnoseArgs {
     /// Write the refitted model with the physics found to this file, for `simulate`
     #[arg(long, value_name = "FILE.toml")]
     extended_model: Option<String>,
+    /// Also try the diagnosis on this very experiment with a known truth: this many times nothing missing, half as often the
+    /// physics found present, once with it struck from the catalogue. Takes as many times longer
+    #[arg(long, value_name = "RUNS", num_args = 0..=1, default_missing_value = "6")]
+    controls: Option<usize>,
+    /// The largest amplitude that the machine may be given, in the unit of the model's input, for the run proposed
+    /// next [default: three times the largest recorded]
+    #[arg(long, value_name = "AMPLITUDE")]
+    most_amplitude: Option<f64>,
 }
 
 impl DiagnoseArgs {
@@ -53,14 +62,17 @@ impl DiagnoseArgs {
             paths.iter().map(|path| Ok(read_csv(path)?)).collect()
         };
         let (recordings, held_out) = (read(&self.recordings)?, read(&self.held_out)?);
-        let mut last = String::new();
-        let found = diagnose(&model, &recordings, &held_out, &Options::default(), &mut |progress| {
-            let line = format!("{:3.0} %  {}", 100.0 * progress.done, progress.step);
-            if line != last {
-                streams.say(&line);
-                last = line;
-            }
+        let mut options = Options::default();
+        options.most_amplitude = self.most_amplitude;
+        let mut teller = Teller::new();
+        let mut found = diagnose(&model, &recordings, &held_out, &options, &mut |progress| {
+            teller.tell(streams, progress);
         })?;
+        if let Some(runs) = self.controls {
+            let mut teller = Teller::new();
+            let tell = &mut |progress: &Progress| teller.tell(streams, progress);
+            found.controls = Some(controls(&model, &recordings, &held_out, &options, &found, runs, tell)?);
+        }
         if !json_on_stdout(self.json.as_deref()) {
             print_summary(streams, &found)?;
         }
@@ -78,6 +90,33 @@ impl DiagnoseArgs {
             _ => {}
         }
         Ok(())
+    }
+}
+
+/// Says how far the work is, and how long it will still take once that can be told.
+struct Teller {
+    started: Instant,
+    last: String,
+}
+
+impl Teller {
+    fn new() -> Self {
+        Self { started: Instant::now(), last: String::new() }
+    }
+
+    fn tell(&mut self, streams: &mut Streams<'_>, progress: &Progress) {
+        let past_s = self.started.elapsed().as_secs_f64();
+        // Before a fifth is done the rest is a guess.
+        let left = if progress.done >= 0.2 && progress.done < 1.0 {
+            format!(" (about {:.0} s left)", past_s * (1.0 - progress.done) / progress.done)
+        } else {
+            String::new()
+        };
+        let line = format!("{:3.0} %  {}{left}", 100.0 * progress.done, progress.step);
+        if line != self.last {
+            streams.say(&line);
+            self.last = line;
+        }
     }
 }
 
@@ -112,6 +151,15 @@ fn print_summary(streams: &mut Streams<'_>, found: &Diagnosis) -> Result<(), Cli
             pooled.fits.refitted_linear.rms,
             pooled.fits.given.noise_floor
         )?;
+    }
+    for tie in &found.ties {
+        writeln!(out, "{}", tie.sentence)?;
+    }
+    if let (Some(next), Some(reason)) = (&found.next_experiment, &found.next_experiment_reason) {
+        writeln!(out, "next run: {next}\n  {reason}")?;
+    }
+    if let Some(controls) = &found.controls {
+        writeln!(out, "{}", controls.sentence())?;
     }
     for cap in &found.caps {
         writeln!(out, "note: {cap}")?;

@@ -15,7 +15,10 @@ pub fn diagnose_page(found: &Diagnosis) -> String {
         p.note { (found.sentence) }
         (warnings(found.caps.iter().map(String::as_str)))
         (warnings(found.ties.iter().map(|tie| tie.sentence.as_str())))
-        @if let Some(next) = &found.next_experiment { p.note { "Next experiment: " code { (next) } } }
+        @if let Some(next) = &found.next_experiment {
+            p.note { "Next run, as a line for the console: " code { (next) } " " (found.next_experiment_reason.as_deref().unwrap_or_default()) "." }
+        }
+        @if let Some(controls) = &found.controls { p.note { (controls.sentence()) } }
         h2 { "How well each model fits" }
         (fit_table(found))
         @if !found.effects.is_empty() { h2 { "What was left out" } (effect_list(&found.effects)) }

@@ -12,7 +12,7 @@ fn json(text: &str) -> Value {
 #[test]
 fn every_subcommand_has_help_with_an_example() {
     let help = accepted(&["--help"]);
-    for command in ["identify", "shape", "simulate", "model", "console", "flash", "demo"] {
+    for command in ["identify", "shape", "apply", "simulate", "model", "console", "flash", "demo"] {
         assert!(help.contains(command), "{command}");
         let help = accepted(&[command, "--help"]);
         assert!(help.contains("Example:") && help.contains(&format!("stillbeam {command}")), "{help}");
@@ -249,4 +249,46 @@ fn a_lumped_model_has_modes_and_a_simulation() {
         json(&accepted(&["simulate", &path("slider.toml"), "--input", &path("push.csv"), "--json", "-"]));
     assert_eq!(numbers["outputs"][0]["column"], "position_m");
     assert!(numbers["outputs"][0]["highest"].as_f64().unwrap() > 0.005);
+}
+
+#[test]
+fn identified_modes_go_onto_a_board_with_their_boxes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("modes.json").display().to_string();
+    let estimate = |value: f64, stderr: f64| serde_json::json!({"value": value, "stderr": stderr});
+    let mode = |hz: f64, frequencies: [f64; 2]| {
+        serde_json::json!({
+            "frequency_hz": estimate(hz, 1e-4), "damping_ratio": estimate(0.0071, 1e-4),
+            "uncertainty_box": {"frequency_hz": frequencies, "damping_ratio": [0.006, 0.008]},
+        })
+    };
+    // One mode known well, one that may be anywhere in a band of 20 %.
+    let modes = [mode(1.1, [1.0998, 1.1002]), mode(6.9, [6.2, 7.6])];
+    std::fs::write(&file, serde_json::json!({"schema_version": 1, "modes": modes}).to_string()).unwrap();
+    let applied = json(&accepted(&["apply", &file, "--port", "core", "--json", "-"]));
+    assert_eq!(applied["modes"][0]["type"], "zv");
+    let wide = applied["modes"][1]["type"].as_str().unwrap();
+    assert!(["zvd", "zvdd", "zvddd"].contains(&wide), "{applied}");
+    for mode in applied["modes"].as_array().unwrap() {
+        assert!(mode["worst_over_box"].as_f64().unwrap() <= 0.05, "{applied}");
+        assert!(mode["uncertainty_box"]["frequency_hz"][0].is_number());
+    }
+    // The same table as `shape` would design.
+    let types = format!("6.9,0.0071,{wide}");
+    let table = json(&accepted(&["shape", "--mode", "1.1,0.0071,zv", "--mode", &types, "--json", "-"]));
+    assert_eq!(table["crc32"], applied["crc32"]);
+    // A type that is not robust enough is set as asked, and said so.
+    let run = stillbeam(&["apply", &file, "--port", "core", "--use", "2", "--type", "zv"]);
+    assert!(run.code == 0 && run.messages.contains("shape --optimal"), "{}", run.messages);
+    for (arguments, part) in
+        [(["--use", "3"], "1 to 2"), (["--tolerance", "0"], "--tolerance 0"), (["--type", "zvx"], "zvx")]
+    {
+        let run = stillbeam(&["apply", &file, "--port", "core", arguments[0], arguments[1]]);
+        assert!(run.code == 2 && run.messages.contains(part), "{}", run.messages);
+    }
+    let unknown =
+        serde_json::json!({"modes": [{"frequency_hz": {"value": 1.1}, "damping_ratio": {"value": 0.01}}]});
+    std::fs::write(&file, unknown.to_string()).unwrap();
+    let run = stillbeam(&["apply", &file, "--port", "core"]);
+    assert!(run.code == 2 && run.messages.contains("no standard errors"), "{}", run.messages);
 }

@@ -1,5 +1,6 @@
 //! The subcommands, one file each.
 
+pub mod apply;
 pub mod console;
 pub mod convert;
 pub mod demo;
@@ -44,6 +45,7 @@ enum Command {
     Convert(convert::ConvertArgs),
     Shape(shape::ShapeArgs),
     Plan(plan::PlanArgs),
+    Apply(apply::ApplyArgs),
     Simulate(simulate::SimulateArgs),
     Model(model::ModelArgs),
     Console(console::ConsoleArgs),
@@ -66,6 +68,7 @@ impl Cli {
             Command::Convert(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),
             Command::Plan(args) => args.run(streams),
+            Command::Apply(args) => args.run(streams),
             Command::Simulate(args) => args.run(streams),
             Command::Model(args) => args.run(streams),
             Command::Console(args) => args.run(streams),

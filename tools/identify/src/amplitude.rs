@@ -225,7 +225,7 @@ fn stretch(
 }
 
 /// Share of its frequency within which a mode must be heard.
-const AT_RESONANCE: f64 = 0.25;
+const AT_RESONANCE: f64 = 0.1;
 
 /// Half the rate at which a signal changes its sign, Hz: the frequency of what dominates it.
 fn crossing_rate_hz(signal: &[f64], duration_s: f64) -> f64 {

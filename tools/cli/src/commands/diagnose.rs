@@ -6,10 +6,11 @@ use std::time::Instant;
 use clap::Args;
 use stillbeam_diagnose::{Diagnosis, Options, Progress, controls, diagnose};
 use stillbeam_plant::Model;
-use stillbeam_recording::{Recording, read_csv};
+use stillbeam_recording::Recording;
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
+use crate::reading::ReadArgs;
 use crate::report::diagnose_page::diagnose_page;
 use crate::streams::{Streams, json_on_stdout};
 
@@ -31,6 +32,8 @@ pub struct DiagnoseArgs {
     /// Recordings to judge on, never trained on
     #[arg(long, value_name = "RECORDING", num_args = 1..)]
     held_out: Vec<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArgs,
     /// Write JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
@@ -58,8 +61,8 @@ impl DiagnoseArgs {
             [self.json.as_deref(), self.report.as_deref(), self.extended_model.as_deref()],
         )?;
         let model = Model::read(&self.model)?;
-        let read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
-            paths.iter().map(|path| Ok(read_csv(path)?)).collect()
+        let mut read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
+            paths.iter().map(|path| self.reading.read(path, streams)).collect()
         };
         let (recordings, held_out) = (read(&self.recordings)?, read(&self.held_out)?);
         let mut options = Options::default();

@@ -13,7 +13,7 @@ use stillbeam_recording::Recording;
 use crate::error::CliError;
 use crate::identification::columns::output_column;
 use crate::identification::combined::combine;
-use crate::identification::modal_file::modal_model_text;
+use crate::identification::modal_file::{ModalFile, modal_file};
 use crate::outputs::keep_apart;
 use crate::reading::ReadArgs;
 use crate::report::identify_page::identify_page;
@@ -117,9 +117,9 @@ impl IdentifyArgs {
         }
         match (&self.model_out, together.as_ref().or(results.first())) {
             (Some(file), Some(best)) => {
-                let text = modal_model_text(best)?;
-                if best.input.is_none() {
-                    streams.say("a free decay does not show participations: the model has 1 for each");
+                let ModalFile { text, remarks } = modal_file(best)?;
+                for remark in remarks {
+                    streams.say(&remark);
                 }
                 streams.write_text(file, &text)
             }

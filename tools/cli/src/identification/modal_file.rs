@@ -1,19 +1,81 @@
-//! Identified modes as a model file, for `simulate`.
+//! Identified modes as a model file, for `simulate` and `diagnose`.
+//!
+//! What the fit found beside the modes goes along: a delay of the output as its sensor's, and the static share of the modes
+//! beyond the band as one mode far above it, which a refit must not move. An offset belongs to a recording, not to the
+//! structure, and stays with it.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use stillbeam_identify::IdentifiedModes;
-use stillbeam_plant::{BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, SETPOINT, Setup};
+use stillbeam_plant::{
+    BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, SETPOINT, Sensor, Setup,
+};
 use stillbeam_recording::Column;
 
 use crate::error::CliError;
 
-/// The text of a modal model file. The participations of a free decay, which no free decay shows, are 1.
+/// A modal model file, and what of the result it cannot say.
+pub struct ModalFile {
+    /// The file.
+    pub text: String,
+    /// Sentences for whoever relies on it.
+    pub remarks: Vec<String>,
+}
+
+/// How far above the highest mode the static share is put, as a ratio of frequencies: it then moves less than a
+/// thousandth with frequency inside the band.
+const BEYOND: f64 = 50.0;
+/// The damping ratio of that mode; enough that a kink of the input does not ring it for long.
+const BEYOND_DAMPING: f64 = 0.2;
+
+/// A modal model file. The participations of a free decay, which no free decay shows, are 1.
 ///
 /// # Errors
 /// [`CliError::ModelFile`] when the modes make no model.
-pub fn modal_model_text(modes: &IdentifiedModes) -> Result<String, CliError> {
-    Ok(modal_model(modes).to_toml()?)
+pub fn modal_file(modes: &IdentifiedModes) -> Result<ModalFile, CliError> {
+    let mut remarks = Vec::new();
+    if modes.input.is_none() {
+        remarks.push("a free decay does not show participations: the model has 1 for each".to_owned());
+    }
+    let mut model = modal_model(modes);
+    if let Some(delay) = modes.delay_s {
+        if delay.value > 0.0 {
+            let column = modes.output.clone();
+            model.setup.sensors.push(Sensor { delay_s: delay.value, ..Sensor::ideal(column) });
+        } else {
+            remarks.push(format!(
+                "the output comes {:.6} s before the input: no sensor does that, the model leaves it out; compare the clocks",
+                -delay.value
+            ));
+        }
+    }
+    if let Some(direct) = modes.direct {
+        match model.outputs.first().map(|output| output.quantity) {
+            Some(Quantity::Position) => add_static_share(&mut model, direct.value),
+            _ => remarks.push(
+                "the direct share of the input in the output is no position's and not in the model"
+                    .to_owned(),
+            ),
+        }
+    }
+    Ok(ModalFile { text: model.to_toml()?, remarks })
+}
+
+/// A mode far above the others with the same static compliance.
+fn add_static_share(model: &mut ModalModel, compliance: f64) {
+    let highest_hz = model.modes.iter().map(|mode| mode.frequency_hz).fold(0.0, f64::max);
+    let frequency_hz = BEYOND * highest_hz;
+    let participation = compliance * (TAU * frequency_hz).powi(2);
+    model.modes.push(Mode {
+        frequency_hz,
+        damping_ratio: BEYOND_DAMPING,
+        participation: vec![participation],
+    });
+    let number = model.modes.len();
+    for parameter in ["frequency_hz", "damping_ratio", "participation"] {
+        model.fixed.insert(format!("mode.{number}.{parameter}"), true);
+    }
 }
 
 fn modal_model(modes: &IdentifiedModes) -> ModalModel {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::aliasing::{Image, image_of};
 use crate::amplitude::of_forced;
 use crate::decay_modes::Uniform;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
@@ -17,8 +18,9 @@ use crate::result::{
     RecordFit, SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::second_opinions::{Opinions, replica};
-use crate::separable::Projected;
+use crate::separable::{Projected, span};
 use crate::tall::dot;
+use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::tones::find_tones;
 use crate::warnings::{Quantity, Warning, WarningKind, merged};
 use crate::whitening::{Whitener, even_runs};
@@ -44,14 +46,24 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
     let nyquist_hz = starts.spectral.iter().map(Spectral::nyquist_hz).fold(0.0, f64::max);
     for mode in &modes {
         warnings.extend(mode_warnings(mode, model.records, starts));
-        warnings.extend(mode.own_warnings(nyquist_hz));
+        warnings.extend(mode.own_warnings(nyquist_hz, image(model, &refined, mode, nyquist_hz)));
     }
     let mut rejected = chosen.rejected.clone();
     rejected.extend(opinions.rejected(&modes));
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
+    let span = span(model, &chosen.minimum);
     for (rows, record) in model.rows() {
         // What the input explains is gone from the residuals; lines that are left are driven by something else.
-        let tones = find_tones(&Uniform::new(&record.time_s, &refined.residuals[rows]));
+        let first_row = rows.start;
+        let left = &refined.residuals[rows];
+        let fitted = FittedRecord {
+            name: &record.name,
+            first_row,
+            time_s: record.time_s.iter().map(|t| t + record.origin_s).collect(),
+            fitted: record.output.iter().zip(left).map(|(y, e)| y - e).collect(),
+        };
+        warnings.extend(time_shift_warnings(&fitted, &chosen.minimum.point.residuals, &span));
+        let tones = find_tones(&Uniform::new(&record.time_s, left));
         for tone in tones {
             let (warning, pole) = tone.told();
             warnings.push(warning);
@@ -105,6 +117,14 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
             fitted,
         },
     }
+}
+
+/// What the record says of a mode's image.
+fn image(model: &ForcedModel<'_>, refined: &Refined, mode: &IdentifiedMode, nyquist_hz: f64) -> Image {
+    let away =
+        |index: &usize| (pole(&refined.parameters, *index).frequency_hz - mode.frequency_hz.value).abs();
+    let index = (0..model.modes).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0);
+    image_of(model, &refined.parameters, &refined.residuals, index, nyquist_hz)
 }
 
 /// What the classical methods see in the first record.

@@ -2,6 +2,7 @@
 
 use stillbeam_recording::Recording;
 
+use crate::aliasing::{Image, image_of};
 use crate::decay_model::{DecayModel, heavily_damped};
 use crate::decay_modes::{Part, Uniform, decay_part};
 use crate::decay_starts::starting_parts;
@@ -21,7 +22,8 @@ use crate::result::{
 };
 use crate::ringing::{DecayRecord, Ringing};
 use crate::second_opinions::{Opinions, replica};
-use crate::separable::{Projected, fit, fit_covariance};
+use crate::separable::{Projected, fit, fit_covariance, span};
+use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::warnings::{Quantity, Warning, WarningKind, merged};
 use crate::whitening::{Whitener, even_runs};
 
@@ -308,10 +310,19 @@ fn report(
         let checks = if options.cross_checks { opinions.of(mode) } else { Vec::new() };
         warnings.extend(checks.iter().flat_map(|check| disagreement(mode, check)));
         mode.cross_checks.extend(checks);
-        warnings.extend(mode.own_warnings(0.5 / uniform.interval_s));
+        let nyquist_hz = 0.5 / uniform.interval_s;
+        warnings.extend(mode.own_warnings(nyquist_hz, image(record, refined, parts.len(), mode, nyquist_hz)));
     }
     rejected.extend(opinions.rejected(&modes));
     warnings.extend(fit_warnings(minimum, refined.covariance.is_some()));
+    let fitted = FittedRecord {
+        name: &record.name,
+        first_row: 0,
+        time_s: record.time_s.iter().map(|t| t + record.origin_s).collect(),
+        fitted: record.output.iter().zip(&minimum.point.residuals).map(|(y, r)| y - r).collect(),
+    };
+    let model = DecayModel { time_s: &record.time_s, output: &record.output, modes: parts.len() };
+    warnings.extend(time_shift_warnings(&fitted, &minimum.point.residuals, &span(&model, minimum)));
 
     let n = record.time_s.len();
     let time_s: Vec<f64> = record.time_s.iter().map(|t| t + record.origin_s).collect();
@@ -355,6 +366,21 @@ fn report(
             time_s,
         },
     }
+}
+
+/// What the record says of a mode's image.
+fn image(
+    record: &DecayRecord,
+    refined: &Refined,
+    modes: usize,
+    mode: &IdentifiedMode,
+    nyquist_hz: f64,
+) -> Image {
+    let model = DecayModel { time_s: &record.time_s, output: &record.output, modes };
+    let away =
+        |index: &usize| (pole(&refined.parameters, *index).frequency_hz - mode.frequency_hz.value).abs();
+    let index = (0..modes).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0);
+    image_of(&model, &refined.parameters, &refined.residuals, index, nyquist_hz)
 }
 
 /// What the classical methods see where the fitted modes are exactly true.

@@ -23,6 +23,7 @@
 //! # Ok::<(), stillbeam_identify::IdentifyError>(())
 //! ```
 
+mod aliasing;
 mod amplitude;
 mod column;
 mod comparison;
@@ -55,6 +56,7 @@ mod signal_checks;
 mod spectra;
 mod step;
 pub mod tall;
+mod time_shifts;
 mod time_stamps;
 mod tones;
 mod warnings;

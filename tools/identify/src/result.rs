@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Deserializer, Serialize};
 
+use crate::aliasing::Image;
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
 use crate::modes_file::BOX_STANDARD_ERRORS;
@@ -146,7 +147,7 @@ impl IdentifiedMode {
     }
 
     /// Warnings about the dependence on amplitude, weakness and aliasing.
-    pub(crate) fn own_warnings(&self, nyquist_hz: f64) -> Vec<Warning> {
+    pub(crate) fn own_warnings(&self, nyquist_hz: f64, image: Image) -> Vec<Warning> {
         let mode_hz = self.frequency_hz.value;
         let mut kinds: Vec<WarningKind> = self
             .amplitude_changes
@@ -165,11 +166,12 @@ impl IdentifiedMode {
         if damping_share.is_finite() && damping_share > 0.2 {
             kinds.push(WarningKind::WeakMode { mode_hz, amplitude: self.amplitude.value, damping_share });
         }
-        if mode_hz > 0.8 * nyquist_hz {
+        if image == Image::Likelier || (image == Image::Unknown && mode_hz > 0.8 * nyquist_hz) {
             kinds.push(WarningKind::MayBeAliased {
                 mode_hz,
                 nyquist_hz,
                 image_hz: 2.0 * nyquist_hz - mode_hz,
+                likelier: image == Image::Likelier,
             });
         }
         kinds.into_iter().map(Warning::from).collect()

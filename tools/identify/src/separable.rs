@@ -144,6 +144,21 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
     }
 }
 
+/// The span of a fit: its columns and its tangents, to which the residuals of the minimum are orthogonal.
+pub(crate) fn span<M: Separable>(model: &M, minimum: &Minimum<Projected>) -> Orthonormal {
+    let mut span = minimum.point.basis.clone();
+    for tangent in Projection(model).tangents(&minimum.parameters, &minimum.point) {
+        span.push(tangent);
+    }
+    span
+}
+
+/// What the model leaves at given parameters, the linear coefficients solved for; `None` where it cannot be evaluated.
+pub(crate) fn sum_of_squares_at<M: Separable>(model: &M, parameters: &[f64]) -> Option<f64> {
+    let point = Projection(model).at(parameters)?;
+    Some(crate::tall::dot(&point.residuals, &point.residuals))
+}
+
 /// Fits the model; `None` when it cannot be evaluated at the start.
 pub(crate) fn fit<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<Minimum<Projected>> {
     minimise(&Projection(model), parameters)

@@ -109,6 +109,19 @@ impl Orthonormal {
         }
     }
 
+    /// The basis in a range of rows, zeros where a direction has none.
+    pub(crate) fn dense_part(&self, rows: std::ops::Range<usize>) -> Vec<Vec<f64>> {
+        let directions = self.directions.iter().filter(|direction| !direction.is_empty());
+        directions
+            .map(|direction| {
+                let mut part = vec![0.0; rows.end.max(direction.rows().end)];
+                direction.add_to(&mut part, 1.0);
+                part.truncate(rows.end);
+                part.split_off(rows.start.min(part.len()))
+            })
+            .collect()
+    }
+
     /// Coefficients of the pushed columns from the components; 0 for dependent columns.
     pub fn coefficients(&self, components: &[f64]) -> Vec<f64> {
         let mut remaining = components.to_vec();

@@ -222,7 +222,18 @@ pub enum WarningKind {
         /// The first one, s.
         at_s: f64,
     },
-    /// A mode close to half the sampling rate may be the image of one above it.
+    /// Stamps are even, but from here on the record is early or late by whole intervals: frames were lost, or delivered
+    /// twice, and numbered all the same.
+    LostFrames {
+        /// The recording.
+        recording: String,
+        /// How many were lost; negative where there are too many.
+        count: i64,
+        /// Where, s.
+        at_s: f64,
+    },
+    /// A mode may be the image of one above half the sampling rate: it is close to it and the record cannot tell, or the
+    /// record fits the image better.
     MayBeAliased {
         /// Frequency of the mode, Hz.
         mode_hz: f64,
@@ -230,6 +241,8 @@ pub enum WarningKind {
         nyquist_hz: f64,
         /// Where the original would be, Hz.
         image_hz: f64,
+        /// Whether the record fits the original better.
+        likelier: bool,
     },
     /// The record hardly shows the mode.
     WeakMode {
@@ -332,7 +345,16 @@ impl WarningKind {
             Self::RepeatedSamples { recording, count, at_s } => format!(
                 "{recording}: {count} samples repeat the one before while the signal moves, the first at {at_s:.4} s: frames delivered twice; leave their cells empty"
             ),
-            Self::MayBeAliased { mode_hz, nyquist_hz, image_hz } => format!(
+            Self::LostFrames { recording, count, at_s } => format!(
+                "{recording}: from {at_s:.3} s on the record is {} by {} intervals although its stamps are even: {}; record the true stamps, or cut the recording there",
+                if *count > 0 { "early" } else { "late" },
+                count.abs(),
+                if *count > 0 { "samples were lost and not counted" } else { "samples were counted that there were not" }
+            ),
+            Self::MayBeAliased { mode_hz, nyquist_hz, image_hz, likelier: true } => format!(
+                "mode at {mode_hz:.4} Hz: the record fits one at {image_hz:.2} Hz better, above half the sampling rate ({nyquist_hz:.2} Hz); sample faster"
+            ),
+            Self::MayBeAliased { mode_hz, nyquist_hz, image_hz, likelier: false } => format!(
                 "mode at {mode_hz:.4} Hz is close to half the sampling rate ({nyquist_hz:.2} Hz): it may be the image of one at {image_hz:.2} Hz; sample faster to tell"
             ),
             Self::WeakMode { mode_hz, amplitude, damping_share } => format!(

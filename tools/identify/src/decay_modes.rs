@@ -9,7 +9,7 @@ use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::log_decrement::damping_from_peaks;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::{BandFit, NarrowBand, WholeSpectrum};
-use crate::result::{CrossCheck, Spectrum};
+use crate::result::{CrossCheck, Rejected, Spectrum};
 use crate::spectra::{Window, density, local_median, peaks, prominence};
 use crate::tall::Orthonormal;
 
@@ -106,7 +106,12 @@ impl Part {
 ///
 /// Found in rounds: what the modes found so far leave over is searched again, so that a small mode beside a
 /// large one is seen once the large one is out of the way.
-pub(crate) fn find_parts(uniform: &Uniform, requested: Option<usize>) -> Vec<Part> {
+/// Peaks that are none go into `rejected`, with the reason.
+pub(crate) fn find_parts(
+    uniform: &Uniform,
+    requested: Option<usize>,
+    rejected: &mut Vec<Rejected>,
+) -> Vec<Part> {
     let limit = requested.unwrap_or(MAX_MODES).min(MAX_MODES);
     let signal = uniform.without_mean();
     let largest = uniform.spectrum.density.iter().skip(2).fold(0.0_f64, |top, v| top.max(*v));
@@ -120,9 +125,23 @@ pub(crate) fn find_parts(uniform: &Uniform, requested: Option<usize>) -> Vec<Par
         let whole = WholeSpectrum::new(&left, uniform.interval_s);
         let before = parts.len();
         for &frequency_hz in &fresh {
-            let found = part_at(&whole, frequency_hz, &all, uniform);
             let is_new = |part: &Part| !parts[..before].iter().any(|known| part.is_left_by(known));
-            parts.extend(found.filter(is_new));
+            match part_at(&whole, frequency_hz, &all, uniform) {
+                Some(part) if is_new(&part) => parts.push(part),
+                Some(part) => rejected.push(Rejected::Pole {
+                    frequency_hz: part.pole.frequency_hz,
+                    damping_ratio: Some(part.pole.damping_ratio),
+                    reason: "a leftover of the mode beside it, which does not decay as a linear one".to_owned(),
+                }),
+                None => rejected.push(Rejected::Pole {
+                    frequency_hz,
+                    damping_ratio: None,
+                    reason: format!(
+                        "a peak of the spectrum whose band holds no single decaying oscillation (less than {:.0} % of its energy)",
+                        100.0 * EXPLAINED
+                    ),
+                }),
+            }
         }
         if parts.len() == before {
             break;
@@ -130,6 +149,11 @@ pub(crate) fn find_parts(uniform: &Uniform, requested: Option<usize>) -> Vec<Par
         left = remainder(&signal, &parts, uniform.interval_s);
     }
     parts.sort_by(|a, b| b.energy.total_cmp(&a.energy));
+    rejected.extend(parts.iter().skip(limit).map(|part| Rejected::Pole {
+        frequency_hz: part.pole.frequency_hz,
+        damping_ratio: Some(part.pole.damping_ratio),
+        reason: format!("weaker than the {limit} modes that were looked for"),
+    }));
     parts.truncate(limit);
     parts.sort_by(|a, b| a.pole.frequency_hz.total_cmp(&b.pole.frequency_hz));
     parts

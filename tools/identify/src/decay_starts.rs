@@ -9,6 +9,7 @@ use crate::forced_fit::MAX_MODES;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::WholeSpectrum;
 use crate::poles::{PoleMethod, Survey};
+use crate::result::Rejected;
 use crate::tall::{Orthonormal, dot};
 
 /// Share of its frequency within which a find is what a known mode leaves behind because it does not decay as a linear
@@ -16,18 +17,35 @@ use crate::tall::{Orthonormal, dot};
 const SAME: (f64, f64) = (0.05, 1.5);
 
 /// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that many.
-pub(crate) fn starting_parts(uniform: &Uniform, survey: &Survey, wanted: Option<usize>) -> Vec<Part> {
-    let mut parts = with_realised(find_parts(uniform, None), uniform, survey);
+/// Candidates that are no modes go into `rejected`, with the reason.
+pub(crate) fn starting_parts(
+    uniform: &Uniform,
+    survey: &Survey,
+    wanted: Option<usize>,
+    rejected: &mut Vec<Rejected>,
+) -> Vec<Part> {
+    let mut parts = with_realised(find_parts(uniform, None, rejected), uniform, survey, rejected);
     let Some(wanted) = wanted else { return parts };
     if parts.len() < wanted {
-        parts = with_realised(find_parts(uniform, Some(wanted)), uniform, survey);
+        rejected.clear();
+        parts = with_realised(find_parts(uniform, Some(wanted), rejected), uniform, survey, rejected);
     }
+    rejected.extend(parts.iter().skip(wanted).map(|part| Rejected::Pole {
+        frequency_hz: part.pole.frequency_hz,
+        damping_ratio: Some(part.pole.damping_ratio),
+        reason: format!("above the lowest {wanted} modes, which were asked for"),
+    }));
     parts.truncate(wanted);
     parts
 }
 
 /// The parts and those of the realisation's picks that are none of them and alone in their own band, by frequency.
-fn with_realised(mut parts: Vec<Part>, uniform: &Uniform, survey: &Survey) -> Vec<Part> {
+fn with_realised(
+    mut parts: Vec<Part>,
+    uniform: &Uniform,
+    survey: &Survey,
+    rejected: &mut Vec<Rejected>,
+) -> Vec<Part> {
     let picks = survey.modes.iter().filter(|mode| mode.method == PoleMethod::EigensystemRealisation);
     let duration_s = uniform.duration_s();
     let mut fresh: Vec<Pole> = Vec::new();
@@ -46,7 +64,20 @@ fn with_realised(mut parts: Vec<Part>, uniform: &Uniform, survey: &Survey) -> Ve
     }
     let left = remainder(&uniform.without_mean(), &parts, uniform.interval_s);
     let whole = WholeSpectrum::new(&left, uniform.interval_s);
-    fresh.retain(|pole| stands_out(*pole, &left, &whole, uniform.interval_s));
+    fresh.retain(|pole| {
+        let noise = whole.noise_variance_near(pole.frequency_hz).max(f64::MIN_POSITIVE);
+        let explains = explained_by(*pole, &left, uniform.interval_s) / noise;
+        if explains <= SIGNIFICANT {
+            rejected.push(Rejected::Pole {
+                frequency_hz: pole.frequency_hz,
+                damping_ratio: Some(pole.damping_ratio),
+                reason: format!(
+                    "stable in the eigensystem realisation, but explains no more than {explains:.0} variances of the noise around it; {SIGNIFICANT} are asked for"
+                ),
+            });
+        }
+        explains > SIGNIFICANT
+    });
     let all: Vec<f64> = parts
         .iter()
         .map(|part| part.pole.frequency_hz)
@@ -78,10 +109,6 @@ fn realised_part(pole: Pole, left: &[f64], uniform: &Uniform) -> Option<Part> {
 /// What a decay at a pole must explain, in variances of the noise around its frequency. Of noise alone the best of all
 /// poles explains about twice the logarithm of the number of samples, less than 25 for any record.
 const SIGNIFICANT: f64 = 60.0;
-
-fn stands_out(pole: Pole, left: &[f64], whole: &WholeSpectrum, interval_s: f64) -> bool {
-    explained_by(pole, left, interval_s) > SIGNIFICANT * whole.noise_variance_near(pole.frequency_hz)
-}
 
 /// The sum of squares that a free decay with this pole takes out of a signal.
 fn explained_by(pole: Pole, signal: &[f64], interval_s: f64) -> f64 {

@@ -162,7 +162,7 @@ fn identify_from(
     let uniform = Uniform::new(&record.time_s, &record.output);
     let mut rejected = Vec::new();
     let survey = survey_decay_bands(&uniform.without_mean(), uniform.interval_s);
-    let mut parts = starting_parts(&uniform, &survey, options.modes);
+    let mut parts = starting_parts(&uniform, &survey, options.modes, &mut rejected);
     parts.retain(|part| {
         let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
         tone.is_none()

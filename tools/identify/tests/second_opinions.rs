@@ -128,3 +128,21 @@ fn a_knock_that_drowns_the_mode_at_first_is_read_from_where_modes_explain_it() {
         assert!(found.window_s[0] > 0.31, "{:?}", found.window_s);
     }
 }
+
+#[test]
+fn candidates_that_are_not_taken_are_listed_with_the_reason() {
+    let modes =
+        [1.1, 6.9, 19.0].map(|frequency_hz| Mode { frequency_hz, damping_ratio: 0.006, participation: 2e-3 });
+    let mut noise = Noise(3);
+    let e: Vec<f64> = (0..4000).map(|_| 20e-6 * noise.normal()).collect();
+    let record = ring_down(&modes, 100.0, 4000, 0.0, |k| e[k]);
+    let one = FreeDecayOptions::new("tip_deflection_m").with_modes(1);
+    let found = identify_free_decay(&record, &one).unwrap();
+    for wanted in [6.9, 19.0] {
+        let listed = found.rejected.iter().any(|entry| {
+            matches!(entry, Rejected::Pole { frequency_hz, reason, .. }
+                if (frequency_hz / wanted - 1.0).abs() < 0.01 && reason.contains("lowest 1"))
+        });
+        assert!(listed, "{wanted}: {:?}", found.rejected);
+    }
+}

@@ -47,7 +47,7 @@ pub fn times() -> Result<String, IdentifyError> {
     Ok(format!(
         "## Time on one core
 
-Processor time, median of five runs on a machine that others use too (there even that grows with the load); `cargo bench -p stillbeam-identify --bench estimator` measures with criterion.
+Processor time, median of five runs on a machine that others use too (there even that grows with the load); `cargo bench --profile host -p stillbeam-identify --bench estimator` measures with criterion.
 
 | record | time | to reach |
 |---|---|---|

@@ -17,15 +17,16 @@ use crate::tall::{Orthonormal, dot};
 const SAME: (f64, f64) = (0.05, 1.5);
 
 /// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that many.
-/// Candidates that are no modes go into `rejected`, with the reason.
+/// Candidates that are no modes go into `rejected`, with the reason; beside the modes comes the root mean square of what
+/// they and those above the wanted ones leave, where there are any above.
 pub(crate) fn starting_parts(
     uniform: &Uniform,
     survey: &Survey,
     wanted: Option<usize>,
     rejected: &mut Vec<Rejected>,
-) -> Vec<Part> {
+) -> (Vec<Part>, Option<f64>) {
     let mut parts = with_realised(find_parts(uniform, None, rejected), uniform, survey, rejected);
-    let Some(wanted) = wanted else { return parts };
+    let Some(wanted) = wanted else { return (parts, None) };
     if parts.len() < wanted {
         rejected.clear();
         parts = with_realised(find_parts(uniform, Some(wanted), rejected), uniform, survey, rejected);
@@ -35,8 +36,12 @@ pub(crate) fn starting_parts(
         damping_ratio: Some(part.pole.damping_ratio),
         reason: format!("above the lowest {wanted} modes, which were asked for"),
     }));
+    let left_rms = (parts.len() > wanted).then(|| {
+        let left = remainder(&uniform.without_mean(), &parts, uniform.interval_s);
+        (dot(&left, &left) / left.len().max(1) as f64).sqrt()
+    });
     parts.truncate(wanted);
-    parts
+    (parts, left_rms)
 }
 
 /// The parts and those of the realisation's picks that are none of them and alone in their own band, by frequency.

@@ -162,7 +162,7 @@ fn identify_from(
     let uniform = Uniform::new(&record.time_s, &record.output);
     let mut rejected = Vec::new();
     let survey = survey_decay_bands(&uniform.without_mean(), uniform.interval_s);
-    let mut parts = starting_parts(&uniform, &survey, options.modes, &mut rejected);
+    let (mut parts, left_by_all) = starting_parts(&uniform, &survey, options.modes, &mut rejected);
     parts.retain(|part| {
         let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
         tone.is_none()
@@ -186,7 +186,8 @@ fn identify_from(
             let runs = even_runs(&record.time_s, 0);
             let whitener = Whitener::of(&minimum.point.residuals, runs);
             let refined = refine(&model, &minimum, &range, whitener);
-            let left = refined.residual_rms();
+            // Modes that were not asked for are no reason to read the decay from elsewhere.
+            let left = refined.residual_rms().min(left_by_all.unwrap_or(f64::INFINITY));
             return Ok(Attempt {
                 explained: record.explained(left),
                 is_explained: record.is_explained(left),

@@ -9,6 +9,8 @@
 //! | a table file becomes what is sent to a board, whoever designed it | `board_table` |
 //! | the integer cascade's residual at one frequency | `residual` |
 //! | the shortest shaper for all modes over their boxes | `optimal/` |
+//! | what a table costs the board | `cost` |
+//! | single-mode shapers that look good by accident | `accident` |
 //! | the shortest command for a whole move | `whole_move/` |
 //! | textbook, specified insensitivity or optimal, by name | `stage_type` |
 //! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
@@ -25,8 +27,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod accident;
 mod board_table;
 mod checksum;
+mod cost;
 mod design;
 mod error;
 mod impulse_sequence;
@@ -37,8 +41,10 @@ mod stage_type;
 mod table_file;
 mod whole_move;
 
+pub use accident::{HarmonicAccident, harmonic_accidents};
 pub use board_table::BoardTable;
 pub use checksum::Crc32;
+pub use cost::TableCost;
 pub use design::{
     DesignOptions, ImpulseEntry, OptimalEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry,
 };

@@ -91,7 +91,7 @@ impl ShapeArgs {
         }
         if let Some(file) = &self.report {
             let table = design.table().map_err(|error| CliError::Internal(error.to_string()))?;
-            streams.write_text(file, &shape_page(&design, &table, &task.boxes, &task.described))?;
+            streams.write_text(file, &shape_page(&design, &table, &task, self.tolerance))?;
         }
         Ok(())
     }

@@ -55,6 +55,10 @@ pub struct Chart {
     pub log_y: bool,
     /// Vertical lines with a text, such as modes.
     pub marks: Vec<(f64, String)>,
+    /// Shaded rectangles behind the curves: x from and to, y from and to.
+    pub areas: Vec<[f64; 4]>,
+    /// Dots with a text beside them.
+    pub notes: Vec<(f64, f64, String)>,
     /// Height in pixels; the width is fixed.
     pub height: u32,
 }
@@ -84,6 +88,8 @@ impl Chart {
             x_range: None,
             log_y: false,
             marks: Vec::new(),
+            areas: Vec::new(),
+            notes: Vec::new(),
             height: 300,
         }
     }
@@ -114,11 +120,13 @@ impl Chart {
             "font-weight=\"600\" font-size=\"13\" fill=\"#1a1f24\"",
             &self.title,
         );
+        frame.areas(&mut svg, &self.areas, self.log_y);
         frame.axes(&mut svg, self);
         for (series, colour) in self.coloured() {
             frame.draw(&mut svg, series, colour, self.log_y);
         }
         frame.marks(&mut svg, &self.marks);
+        frame.notes(&mut svg, &self.notes, self.log_y);
         legend::draw(&mut svg, self);
         svg.push_str("</svg>");
         svg

@@ -22,6 +22,8 @@ pub(super) struct Problem {
     pub(super) modes: Vec<ModeBox>,
     /// Residuals that differ by less than this are the same.
     pub(super) accuracy: f64,
+    /// A gap between what is found and what is proven, relative to it, that counts as none.
+    pub(super) gap: f64,
     pub(super) tick_s: f64,
     pub(super) negative_limit: f64,
 }
@@ -42,8 +44,6 @@ pub(super) struct Verdict {
 
 /// Programmes of one duration until the gap is closed; far more than ever needed.
 const ROUNDS: usize = 60;
-/// A gap between what is found and what is proven, relative to it, that counts as none.
-const GAP: f64 = 1e-4;
 /// A weight or multiplier that means nothing for the next duration.
 const NO_WEIGHT: f64 = 1e-5;
 /// When a programme has more taps than this, those that it does not use and that cost most are dropped.
@@ -93,7 +93,7 @@ impl Problem {
             if worst < verdict.worst {
                 (verdict.taps, verdict.worst) = (taps.clone(), worst);
             }
-            let closed = verdict.worst - verdict.bound <= GAP * verdict.worst + self.accuracy;
+            let closed = verdict.worst - verdict.bound <= self.gap * verdict.worst + self.accuracy;
             let answered = tolerance.is_some_and(|most| verdict.worst <= most || verdict.bound > most);
             if closed || answered {
                 break;

@@ -6,7 +6,7 @@ use stillbeam_firmware::shaper::{MAX_MODES, ShaperTable, Tap};
 use stillbeam_firmware::units::TickRate;
 
 use super::boundary;
-use super::fixed_duration::{Problem, RealTaps};
+use super::fixed_duration::{Memory, Problem, RealTaps};
 use super::pole::Pole;
 use super::search::{Found, Shortest};
 use super::sparse::integer_taps;
@@ -23,6 +23,11 @@ const MARGIN: (f64, f64) = (4e-5, 6e-8);
 /// How much of the tolerance the solver may be off, and the least that is asked of it.
 const ACCURACY: f64 = 1e-5;
 const LEAST_ACCURACY: f64 = 1e-9;
+
+/// How close an answer is brought to what is proven, relative to it.
+const GAP: f64 = 1e-4;
+/// The same for a curve that is only looked at, with its absolute part and the ticks per period of the fastest mode.
+const ROUGH: (f64, f64, f64) = (0.02, 2e-6, 24.0);
 
 /// How much finer than the constraints' the grid is on which the integers are judged.
 const JUDGED_FINER: usize = 100;
@@ -77,12 +82,33 @@ impl OptimalRequest {
         }
     }
 
+    /// The least residual that any shaper of each of these durations leaves at worst over all boxes, to 2 % of itself and 2·10⁻⁶,
+    /// for a curve: seconds, rounded to coarser ticks than the board's, and a fraction.
+    ///
+    /// # Errors
+    /// [`ShapeError`]: a request outside its ranges, or the solver.
+    pub fn least_residuals(&self, durations_s: &[f64]) -> Result<Vec<(f64, f64)>, ShapeError> {
+        let rate = self.checked_rate()?;
+        let fastest_hz = self.modes.iter().map(|mode| mode.frequency_hz()[1]).fold(0.0, f64::max);
+        let (gap, accuracy, ticks_per_period) = ROUGH;
+        let tick_s = (1.0 / (ticks_per_period * fastest_hz)).max(rate.period_s());
+        let problem = Problem { tick_s, gap, accuracy, ..self.problem(rate) };
+        let mut memory = Memory::default();
+        let least = durations_s.iter().map(|duration_s| {
+            let ticks = (duration_s / tick_s).round().max(1.0) as u32;
+            let verdict = problem.least_residual(ticks, None, &mut memory)?;
+            Ok((f64::from(ticks) * tick_s, verdict.worst))
+        });
+        least.collect()
+    }
+
     pub(super) fn problem(&self, rate: TickRate) -> Problem {
         Problem {
             modes: self.modes.clone(),
             tick_s: rate.period_s(),
             negative_limit: self.negative_limit,
             accuracy: (ACCURACY * self.tolerance).max(LEAST_ACCURACY),
+            gap: GAP,
         }
     }
 

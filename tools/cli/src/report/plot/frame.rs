@@ -22,7 +22,12 @@ impl Frame {
         let (low, high) = extent(points().map(|(x, _)| *x)).unwrap_or((0.0, 1.0));
         let x = chart.x_range.unwrap_or(if low < high { (low, high) } else { (low - 0.5, low + 0.5) });
         let visible = points().filter(|(at, _)| *at >= x.0 && *at <= x.1);
-        let values = visible.filter_map(|(_, y)| value_on_axis(*y, chart.log_y));
+        let noted = chart
+            .notes
+            .iter()
+            .map(|(_, y, _)| y)
+            .chain(chart.areas.iter().flat_map(|[_, _, y, end]| [y, end]));
+        let values = visible.map(|(_, y)| y).chain(noted).filter_map(|y| value_on_axis(*y, chart.log_y));
         let stems = chart.series.iter().any(|series| series.style == Style::Stems);
         let (mut low, mut high) = extent(values).unwrap_or((0.0, 1.0));
         if stems && !chart.log_y {
@@ -95,6 +100,46 @@ impl Frame {
             // The white outline keeps it readable where it crosses a curve.
             let style = "fill=\"#1a1f24\" font-size=\"11\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"";
             text(svg, (at, self.top + 14.0 + 14.0 * row as f64), anchor, style, label);
+        }
+    }
+
+    /// Shaded rectangles, as far as they are within the frame.
+    pub(super) fn areas(&self, svg: &mut String, areas: &[[f64; 4]], log_y: bool) {
+        for [from, to, low, high] in areas {
+            let across = |x: f64| self.x(x.clamp(self.x.0, self.x.1));
+            // On a logarithmic axis zero is at the lower end.
+            let up = |y: f64| self.y(value_on_axis(y, log_y).unwrap_or(self.y.0).clamp(self.y.0, self.y.1));
+            let (left, right, top, bottom) = (across(*from), across(*to), up(*high), up(*low));
+            let _written = write!(
+                svg,
+                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"#e6f2e4\" stroke=\"#9cc596\"/>",
+                right - left,
+                bottom - top
+            );
+        }
+    }
+
+    /// Dots with a text, each text above the last where they would overlap.
+    pub(super) fn notes(&self, svg: &mut String, notes: &[(f64, f64, String)], log_y: bool) {
+        let mut taken: Vec<(f64, f64, f64)> = Vec::new();
+        for (x, y, label) in notes {
+            let Some(y) = value_on_axis(*y, log_y).filter(|_| (self.x.0..=self.x.1).contains(x)) else {
+                continue;
+            };
+            let (x, y) = (self.x(*x), self.y(y));
+            let _written = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"#1a1f24\"/>");
+            let width = CHARACTER * label.chars().count() as f64;
+            let from = if x + width + 8.0 > WIDTH - RIGHT { x - width - 8.0 } else { x + 7.0 };
+            let mut height = y + 4.0;
+            while taken
+                .iter()
+                .any(|(left, right, at)| from < *right && from + width > *left && (height - at).abs() < 12.0)
+            {
+                height -= 12.0;
+            }
+            taken.push((from, from + width, height));
+            let style = "fill=\"#1a1f24\" font-size=\"11\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"";
+            text(svg, (from, height), "start", style, label);
         }
     }
 

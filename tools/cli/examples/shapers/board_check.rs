@@ -1,0 +1,86 @@
+//! A table on a board: uploaded, moved, compared with the host, and felt by perturbed modes.
+
+use std::error::Error;
+
+use stillbeam::board::BoardTarget;
+use stillbeam::command_signal::{MotionCommand, shaped_setpoints_m};
+use stillbeam_firmware::shaper::ShaperTable;
+use stillbeam_plant::{Mode, PrescribedBase, ResidualVibration};
+use stillbeam_shape::{BoardTable, ModeBox, ShaperDesign};
+
+use super::RATE_HZ;
+
+/// Ticks from one streamed sample to the next.
+const DECIMATION: u32 = 4;
+/// Places over each box: frequencies and damping ratios.
+const PLACES: (u32, u32) = (15, 3);
+
+/// What the board did.
+pub(super) struct Checked {
+    /// The largest residual of each mode over its box, a fraction.
+    pub(super) worst: Vec<f64>,
+    /// Setpoints that were compared.
+    pub(super) compared: usize,
+}
+
+impl Checked {
+    /// Runs a table on the board of this name.
+    pub(super) fn on(
+        board: &str,
+        design: &ShaperDesign,
+        table: &ShaperTable,
+        boxes: &[ModeBox],
+    ) -> Result<Self, Box<dyn Error>> {
+        let command: MotionCommand = "move 0.05".parse()?;
+        let shaped = shaped_setpoints_m(&command, RATE_HZ, Some(table))?;
+        let unshaped = shaped_setpoints_m(&command, RATE_HZ, None)?;
+        let compared = streamed_as(&shaped, board, design)?;
+        let worst: Result<Vec<f64>, Box<dyn Error>> =
+            boxes.iter().map(|area| moved(&shaped, &unshaped, area)).collect();
+        Ok(Self { worst: worst?, compared })
+    }
+}
+
+/// Compares every setpoint that the board streams of its 50 mm move with the host's, and counts them.
+fn streamed_as(shaped_m: &[f64], board: &str, design: &ShaperDesign) -> Result<usize, Box<dyn Error>> {
+    let mut session = BoardTarget::parse(board).connect(&mut |line| eprintln!("{line}"))?;
+    session.upload_table(&BoardTable::from_json("table", &design.to_json())?)?;
+    let motion = session.run_motion("move 50", DECIMATION, 0.05, &mut |_| {})?;
+    let nanometres = |position_m: f64| (1e9 * position_m).round() as i64;
+    let host: Vec<i64> = shaped_m.iter().map(|position_m| nanometres(*position_m)).collect();
+    let streamed: Vec<i64> = motion.setpoints_m().into_iter().map(nanometres).collect();
+    // The first sample is up to a decimation before the first change; the move starts at some tick of it.
+    let matches = |offset: usize| {
+        streamed.iter().enumerate().all(|(index, position)| {
+            let tick = (index * DECIMATION as usize).saturating_sub(offset);
+            host.get(tick).or(host.last()) == Some(position)
+        })
+    };
+    if (0..=DECIMATION as usize).any(matches) {
+        Ok(streamed.len())
+    } else {
+        Err(format!("{}: the board's setpoints are not the host's", design.crc32).into())
+    }
+}
+
+/// The largest residual of a mode, simulated at places of its box, relative to the unshaped move.
+fn moved(shaped_m: &[f64], unshaped_m: &[f64], area: &ModeBox) -> Result<f64, Box<dyn Error>> {
+    let along = |[low, high]: [f64; 2], place: u32, of: u32| {
+        low + (high - low) * f64::from(place) / f64::from(of - 1)
+    };
+    let mut worst: f64 = 0.0;
+    for place in 0..PLACES.0 * PLACES.1 {
+        let mode = Mode {
+            frequency_hz: along(area.frequency_hz(), place % PLACES.0, PLACES.0),
+            damping_ratio: along(area.damping_ratio(), place / PLACES.0, PLACES.1),
+            participation: vec![1.0],
+        };
+        let left = |setpoints_m: &[f64]| -> Result<ResidualVibration, Box<dyn Error>> {
+            let plant = PrescribedBase::from_modes(vec![mode.clone()], None, RATE_HZ, 0.0)?;
+            Ok(ResidualVibration::after(plant, setpoints_m)?)
+        };
+        let relative = left(shaped_m)?.relative_to(&left(unshaped_m)?);
+        worst = relative.modes_pct.iter().fold(worst, |worst, percent| worst.max(percent / 100.0));
+    }
+    Ok(worst)
+}

@@ -1,0 +1,63 @@
+//! What shapers are compared by: cost on the board, accidents, and the least residual against duration.
+
+use stillbeam_firmware::shaper::{Mode, ShaperTable, ShaperType, Tap};
+use stillbeam_firmware::units::TickRate;
+use stillbeam_shape::{ModeBox, OptimalRequest, TableCost, harmonic_accidents};
+
+fn paper_modes(fraction: f64) -> Vec<ModeBox> {
+    [(1.1, 0.0074), (6.9, 0.0033)]
+        .map(|(hz, zeta)| ModeBox::around(hz, zeta, fraction, fraction).unwrap())
+        .to_vec()
+}
+
+/// The rows of docs/results/firmware.md: table, taps, instructions.
+#[test]
+fn instructions_are_those_that_were_measured() {
+    let rate = TickRate::from_hz(1000.0).unwrap();
+    let modes = |kind| [(1.1, 0.0074), (6.9, 0.0033)].map(|(hz, zeta)| Mode::new(hz, zeta, kind).unwrap());
+    for (kind, one, two) in
+        [(ShaperType::Zv, 73, 129), (ShaperType::Zvd, 94, 171), (ShaperType::Zvdd, 115, 213)]
+    {
+        for (modes, measured) in [(&modes(kind)[..1], one), (&modes(kind)[..], two)] {
+            let cost = TableCost::of(&ShaperTable::design(modes, rate).unwrap());
+            assert_eq!(cost.instructions, measured, "{} modes {kind}", modes.len());
+        }
+    }
+    let weight = 1 << 26;
+    let flat = |delays: Vec<u32>| {
+        let taps: Vec<Tap> = delays.into_iter().map(|delay_ticks| Tap { delay_ticks, weight }).collect();
+        TableCost::of(&ShaperTable::from_stages(rate, [taps.as_slice()].into_iter()).unwrap())
+    };
+    let pairs = flat((0..8).flat_map(|pair| [100 * pair, 100 * pair + 1]).collect());
+    assert_eq!((pairs.taps, pairs.groups, pairs.instructions), (16, 8, 220));
+    let single = flat((0..16).map(|tap| 100 * tap).collect());
+    assert_eq!((single.taps, single.groups, single.instructions), (16, 15, 367));
+}
+
+/// 6.9 Hz is close to the seventh of 1 Hz and to multiples that MZV stills.
+#[test]
+fn accidents_of_the_two_modes_are_named_and_others_are_not() {
+    let accidents = harmonic_accidents(&paper_modes(0.05), 0.02);
+    let zvdd = accidents.iter().find(|accident| accident.kind == ShaperType::Zvdd).expect("ZVDD at 1 Hz");
+    assert!((zvdd.designed_hz - 1.0).abs() < 0.01 && zvdd.nominal < 0.01, "{zvdd:?}");
+    assert!(zvdd.worst > 0.15 && zvdd.mode_hz == 6.9, "{zvdd:?}");
+    assert!(accidents.iter().any(|accident| accident.kind == ShaperType::Mzv));
+    // Half-way between two odd multiples nothing helps.
+    let apart = [(1.0, 0.005), (6.0, 0.005)].map(|(hz, zeta)| ModeBox::around(hz, zeta, 0.05, 0.0).unwrap());
+    assert!(harmonic_accidents(&apart, 0.02).iter().all(|accident| accident.kind != ShaperType::Zv));
+    assert!(harmonic_accidents(&paper_modes(0.05)[..1], 0.02).is_empty());
+    // A box of no width is never missed.
+    assert!(harmonic_accidents(&paper_modes(0.0), 0.02).is_empty());
+}
+
+#[test]
+fn longer_shapers_leave_less_and_the_shortest_is_on_the_curve() {
+    let modes = paper_modes(0.05);
+    let request =
+        OptimalRequest { modes, rate_hz: 4000.0, tolerance: 0.02, negative_limit: 0.0, longest_s: None };
+    let shortest_s = request.solve().unwrap().table.duration_s();
+    let curve = request.least_residuals(&[0.3, 0.6, shortest_s, 1.2]).unwrap();
+    assert!(curve.windows(2).all(|pair| pair[1].1 < pair[0].1), "{curve:?}");
+    // Near the shortest duration the curve falls by a tenth of itself within its coarse tick.
+    assert!((0.015..0.027).contains(&curve[2].1), "{curve:?}");
+}

@@ -49,4 +49,7 @@ Judged for shapers and moves: pure Rust (a fresh machine has rustup and git), ma
 | microlp | 0.7.0 | Apache-2.0 | Rust alone | no | none | a simplex method; without multipliers all 4000 taps would have to be in the programme |
 | highs (HiGHS) | 2.4.0 | MIT | CMake and a C++ compiler | yes | none | the strongest for linear programmes; the build asks too much of a fresh machine |
 | good_lp | 1.15.3 | MIT | as its solver | some | none | a common front for the others; hides cones |
+
+One duration as a plain linear programme (224 taps 4 ms apart, 34 modes of 16 facets; once, on a shared core): microlp 0.4 s, clarabel 1.3 s, the same
+1.94157 %. With cones, and with only the taps and modes that the multipliers ask for, a duration at 0.25 ms takes clarabel some 10 to 50 ms.
 ";

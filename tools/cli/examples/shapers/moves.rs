@@ -18,7 +18,7 @@ pub(super) fn section() -> Result<String, Box<dyn Error>> {
     let mut text = String::from(
         "## Whole moves\n\n\
          2 % of what a step of the distance leaves, ±5 % of both frequency and damping ratio. Duration in s, and in brackets the worst residual of each mode in %. The S-curves are the\n\
-         firmware's in its integers. \"Quickest\" leaves vibration out of account: no move is shorter. The whole move obeys the same limits of velocity, acceleration and\n\
+         firmware's in its integers. \"Quickest\" leaves vibration out of account: the bound of every move, to the 0.1 % that the pieces cost. The whole move obeys the same limits of velocity, acceleration and\n\
          jerk; \"going back\" may reverse and pass its end within them. Commands have 160 pieces of constant jerk and are exact at every tick, to the nanometre.\n\n\
          | distance, limits | quickest | S-curve | S-curve, ZVD × ZVD | S-curve, shortest shaper | whole move | going back | time (s) |\n|---|---|---|---|---|---|---|---|\n",
     );

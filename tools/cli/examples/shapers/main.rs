@@ -1,4 +1,5 @@
 //! Prints docs/results/shapers.md: `cargo run --profile host -p stillbeam --example shapers [core|qemu] > docs/results/shapers.md`.
+//! With `picture` it prints docs/results/shapers.svg instead.
 //!
 //! Every table is uploaded to the board of that name (the firmware's core in this process, or the image in the emulator), which
 //! moves 50 mm; each streamed setpoint must be the host's, bit by bit.
@@ -7,6 +8,8 @@ mod board_check;
 mod moves;
 mod rows;
 
+use stillbeam::report::shape_charts::pareto_chart;
+use stillbeam::shaping::candidates;
 use stillbeam_shape::ModeBox;
 
 /// The rate of every table, Hz.
@@ -22,10 +25,14 @@ fn boxes(frequency: f64, damping: f64) -> Result<Vec<ModeBox>, Box<dyn std::erro
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let board = std::env::args().nth(1).unwrap_or_else(|| "core".to_owned());
+    if board == "picture" {
+        print!("{}", picture()?);
+        return Ok(());
+    }
     let page = [
         "# Shapers for the uncertainty that was measured\n".to_owned(),
         format!(
-            "Made by `cargo run --profile host -p stillbeam --example shapers {board} > docs/results/shapers.md`.\n\
+            "Made by `cargo run --profile host -p stillbeam --example shapers {board} > docs/results/shapers.md`, the picture by `... --example shapers picture > docs/results/shapers.svg`.\n\
              Two modes, 1.1 Hz (damping ratio 0.0074) and 6.9 Hz (0.0033), at 4 kHz. Residual: vibration that is left, as a fraction of\n\
              what the unshaped command leaves (docs/derivations.md). Weights are not negative unless it says so.\n"
         ),
@@ -36,6 +43,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     print!("{}", page.join("\n"));
     Ok(())
+}
+
+/// The least residual against duration and the textbook shapers, for 2 % and ±5 %.
+fn picture() -> Result<String, Box<dyn std::error::Error>> {
+    let (boxes, tolerance) = (boxes(0.05, 0.05)?, 0.02);
+    let mut others = candidates(&boxes, RATE_HZ, tolerance);
+    let own = others.pop().ok_or("no shaper")?;
+    let chart = pareto_chart(&boxes, RATE_HZ, tolerance, &own, &others).ok_or("the solver gave up")?;
+    Ok(chart.to_svg().replacen("<svg ", "<svg xmlns=\"http://www.w3.org/2000/svg\" ", 1))
 }
 
 const SOLVERS: &str = "\

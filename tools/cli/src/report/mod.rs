@@ -13,5 +13,5 @@ pub mod paper_page;
 pub mod plan_page;
 pub mod plot;
 pub mod second_opinions;
-mod shape_charts;
+pub mod shape_charts;
 pub mod shape_page;

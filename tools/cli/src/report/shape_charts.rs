@@ -12,8 +12,8 @@ const DURATIONS: u32 = 24;
 /// Residuals below this, in per cent, are drawn there: integers and exact zeros have no place on a logarithmic axis.
 const FLOOR_PERCENT: f64 = 1e-3;
 
-/// Residual over frequency around one mode, for this shaper and the others.
-pub(super) fn sensitivity_chart(
+/// Residual over frequency around one mode, for this shaper and the others; the tolerance is a fraction.
+pub fn sensitivity_chart(
     area: &ModeBox,
     title: &str,
     own: &Candidate,
@@ -44,8 +44,9 @@ pub(super) fn sensitivity_chart(
     chart
 }
 
-/// The least residual against duration, and where this shaper and the others are. `None` when the solver gives up.
-pub(super) fn pareto_chart(
+/// The least residual against duration, and where this shaper and the others are; the tolerance is a fraction. `None` when the
+/// solver gives up.
+pub fn pareto_chart(
     boxes: &[ModeBox],
     rate_hz: f64,
     tolerance: f64,

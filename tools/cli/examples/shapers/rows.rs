@@ -47,7 +47,7 @@ pub(super) fn section(board: &str) -> Result<String, Box<dyn Error>> {
     );
     let mut verified = format!(
         "## Verified\n\n\
-         Boxes of both. \"Grid\": the largest residual of the integer taps over a grid on the boxes' edges 200 times finer than the first\n\
+         Boxes of both. \"Grid\": the largest residual of the integer taps over a grid on the boxes' edges 100 times finer than the first\n\
          constraints'. \"Moved\": the table uploaded to the board (`{board}`), which moves 50 mm; the setpoints it streamed are the host's bit by bit, and drive a\n\
          simulated pair of modes at 45 places of the boxes; the largest residual of either mode.\n\n\
          | tolerance, box | CRC | sum of weights | grid, each mode (%) | moved, each mode (%) | setpoints compared |\n\

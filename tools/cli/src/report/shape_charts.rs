@@ -8,7 +8,7 @@ use crate::shaping::Candidate;
 /// Points of a curve over frequency.
 const POINTS: u32 = 400;
 /// Points of the curve against duration.
-const DURATIONS: u32 = 24;
+const DURATIONS: u32 = 44;
 /// Residuals below this, in per cent, are drawn there: integers and exact zeros have no place on a logarithmic axis.
 const FLOOR_PERCENT: f64 = 1e-3;
 

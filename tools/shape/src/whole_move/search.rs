@@ -24,9 +24,8 @@ impl<'r> Search<'r> {
         Self { request, rate, poles: Vec::new() }
     }
 
-    /// Bisection over the ticks. A move of n ticks may be slowed to n + 1: its residual changes a little, so that
-    /// unlike for shapers the durations that will do are not one interval in general; this finds where the last of them begin
-    /// as far as bisection sees them.
+    /// Bisection over the ticks. A move of n ticks that starts a tick late is one of n + 1 ticks and leaves the same, so longer is
+    /// never worse, but for the corners, which move with the duration: what that changes is below the cost of the pieces.
     pub(super) fn run(mut self) -> Result<PlayedMove, ShapeError> {
         let ticks = |seconds: f64| (seconds * self.rate.hz()).ceil() as u32;
         let longest = ticks(MoveRequest::LONGEST_S);

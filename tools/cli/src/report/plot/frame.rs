@@ -119,27 +119,40 @@ impl Frame {
         }
     }
 
-    /// Dots with a text, each text above the last where they would overlap.
+    /// Dots with a text beside each, where it covers no other dot or text if there is such a place.
     pub(super) fn notes(&self, svg: &mut String, notes: &[(f64, f64, String)], log_y: bool) {
-        let mut taken: Vec<(f64, f64, f64)> = Vec::new();
-        for (x, y, label) in notes {
-            let Some(y) = value_on_axis(*y, log_y).filter(|_| (self.x.0..=self.x.1).contains(x)) else {
-                continue;
-            };
-            let (x, y) = (self.x(*x), self.y(y));
+        const ROW: f64 = 12.0;
+        let placed: Vec<(f64, f64, &str)> = notes
+            .iter()
+            .filter(|(x, _, _)| (self.x.0..=self.x.1).contains(x))
+            .filter_map(|(x, y, label)| Some((self.x(*x), self.y(value_on_axis(*y, log_y)?), label.as_str())))
+            .collect();
+        // Left, right and height of what is there already.
+        let mut taken: Vec<(f64, f64, f64)> = placed.iter().map(|(x, y, _)| (x - 5.0, x + 5.0, *y)).collect();
+        for (x, y, label) in placed {
             let _written = write!(svg, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"3.5\" fill=\"#1a1f24\"/>");
             let width = CHARACTER * label.chars().count() as f64;
-            let from = if x + width + 8.0 > WIDTH - RIGHT { x - width - 8.0 } else { x + 7.0 };
-            let mut height = y + 4.0;
-            while taken
-                .iter()
-                .any(|(left, right, at)| from < *right && from + width > *left && (height - at).abs() < 12.0)
-            {
-                height -= 12.0;
-            }
-            taken.push((from, from + width, height));
+            let (right, left) = (x + 7.0, x - width - 7.0);
+            let places = [
+                (right, 0.0),
+                (left, 0.0),
+                (right, 1.0),
+                (right, -1.0),
+                (left, 1.0),
+                (left, -1.0),
+                (right, -2.0),
+            ];
+            let is_free = |(from, rows): &(f64, f64)| {
+                let fits = *from > LEFT && from + width < WIDTH - RIGHT;
+                let covers = |(start, end, at): &(f64, f64, f64)| {
+                    from < end && from + width > *start && (y + ROW * rows - at).abs() < ROW - 1.0
+                };
+                fits && !taken.iter().any(covers)
+            };
+            let (from, rows) = places.into_iter().find(is_free).unwrap_or((right, -2.0));
+            taken.push((from, from + width, y + ROW * rows));
             let style = "fill=\"#1a1f24\" font-size=\"11\" stroke=\"#ffffff\" stroke-width=\"3\" paint-order=\"stroke\"";
-            text(svg, (from, height), "start", style, label);
+            text(svg, (from, y + ROW * rows + 4.0), "start", style, label);
         }
     }
 

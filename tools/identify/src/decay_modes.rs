@@ -9,7 +9,8 @@ use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::log_decrement::damping_from_peaks;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::{BandFit, NarrowBand, WholeSpectrum};
-use crate::result::{CrossCheck, Rejected, Spectrum};
+use crate::responses::Spectrum;
+use crate::result::{CrossCheck, Rejected};
 use crate::spectra::{Window, density, local_median, peaks, prominence};
 use crate::tall::Orthonormal;
 

@@ -9,20 +9,22 @@ use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::forced_start::{Spectral, Starts};
 use crate::levenberg_marquardt::Minimum;
+use crate::linearity::Linearity;
 use crate::modal_response::Pole;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::poles::{Survey, survey_forced};
 use crate::result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Linearity, Method, NoiseModel,
-    RecordFit, SCHEMA_VERSION, UncertaintyBox,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RecordFit,
+    SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::second_opinions::{Opinions, replica};
 use crate::separable::{Projected, span};
 use crate::tall::dot;
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::tones::find_tones;
-use crate::warnings::{Quantity, Warning, WarningKind, merged};
+use crate::warning_merge::merged;
+use crate::warnings::{Quantity, Warning, WarningKind};
 use crate::whitening::{Whitener, even_runs};
 
 /// Turns a chosen model into the result.

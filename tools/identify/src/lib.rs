@@ -29,6 +29,7 @@ mod column;
 mod comparison;
 mod decay_model;
 mod decay_modes;
+mod decay_report;
 mod decay_starts;
 mod error;
 mod forced_fit;
@@ -40,6 +41,7 @@ mod free_decay;
 pub mod frf;
 pub mod interpolation;
 pub mod levenberg_marquardt;
+mod linearity;
 mod log_decrement;
 mod modal_response;
 mod model_choice;
@@ -47,6 +49,7 @@ mod modes_file;
 mod narrow_band;
 mod noise;
 pub mod poles;
+mod responses;
 mod result;
 mod ringing;
 mod robust_covariance;
@@ -59,6 +62,7 @@ pub mod tall;
 mod time_shifts;
 mod time_stamps;
 mod tones;
+mod warning_merge;
 mod warnings;
 mod whitening;
 
@@ -69,11 +73,13 @@ pub use forced_fit::{ForcedOptions, MAX_MODES, identify_forced, identify_forced_
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
+pub use linearity::{Linearity, LinearityVerdict};
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
 pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
+pub use responses::{Frf, Response, Spectrum};
 pub use result::{
-    CrossCheck, Estimate, FitTrace, Frf, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict,
-    Method, ModelStep, NoiseModel, RecordFit, Rejected, Response, SCHEMA_VERSION, Spectrum, UncertaintyBox,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel,
+    RecordFit, Rejected, SCHEMA_VERSION, UncertaintyBox,
 };
 pub use warnings::{Quantity, Warning, WarningKind};

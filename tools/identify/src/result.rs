@@ -5,8 +5,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::aliasing::Image;
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
+use crate::linearity::Linearity;
 use crate::modes_file::BOX_STANDARD_ERRORS;
 use crate::poles::{MethodMode, Survey};
+use crate::responses::{Frf, Spectrum};
 use crate::warnings::{Quantity, Warning, WarningKind};
 
 /// Version of the JSON shape.
@@ -175,112 +177,6 @@ impl IdentifiedMode {
             });
         }
         kinds.into_iter().map(Warning::from).collect()
-    }
-}
-
-/// A complex curve over the frequencies beside it.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Response {
-    /// Real part.
-    pub real: Vec<f64>,
-    /// Imaginary part.
-    pub imag: Vec<f64>,
-}
-
-/// Frequency response output/input (Hamming window, averaged segments), as recorded: no scaling, no model. Unit: output
-/// unit per input unit.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Frf {
-    /// Frequencies, Hz.
-    pub frequency_hz: Vec<f64>,
-    /// Real part of H1, unbiased where the noise is on the output.
-    pub real: Vec<f64>,
-    /// Imaginary part of H1.
-    pub imag: Vec<f64>,
-    /// H2, unbiased where the noise is on the input.
-    #[serde(default)]
-    pub h2: Response,
-    /// Hv, between the two: noise on either side.
-    #[serde(default)]
-    pub hv: Response,
-    /// Ordinary coherence, 0 to 1. A lightly damped mode that rings for longer than a segment lowers it
-    /// even without noise.
-    pub coherence: Vec<f64>,
-    /// Power spectral density of the input, its unit squared per Hz.
-    #[serde(default)]
-    pub input_density: Vec<f64>,
-    /// Power spectral density of the output, its unit squared per Hz.
-    #[serde(default)]
-    pub output_density: Vec<f64>,
-}
-
-/// Power spectral density of a free decay's output (averaged segments).
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Spectrum {
-    /// Frequencies, Hz.
-    pub frequency_hz: Vec<f64>,
-    /// Output unit squared per Hz.
-    pub density: Vec<f64>,
-}
-
-/// Whether the structure answered as a linear one, as far as the records can tell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum LinearityVerdict {
-    /// No mode was seen at amplitudes far enough apart to tell.
-    #[default]
-    NotTested,
-    /// Modes were seen at different amplitudes and stayed the same.
-    Linear,
-    /// A mode's frequency or damping goes with its amplitude.
-    NotLinear,
-}
-
-/// The verdict, and a sentence with its numbers.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Linearity {
-    /// The verdict.
-    pub verdict: LinearityVerdict,
-    /// The sentence.
-    pub statement: String,
-}
-
-impl Linearity {
-    /// What modes say by their course over amplitude.
-    pub fn of(modes: &[IdentifiedMode]) -> Self {
-        let changes: Vec<String> = modes
-            .iter()
-            .flat_map(|mode| {
-                let hz = mode.frequency_hz.value;
-                mode.amplitude_changes.iter().map(move |change| change.words(hz))
-            })
-            .collect();
-        let spans = |mode: &&IdentifiedMode| {
-            let sizes = mode.by_amplitude.iter().map(|point| point.amplitude);
-            let largest = sizes.clone().fold(0.0, f64::max);
-            largest > 2.0 * sizes.fold(f64::INFINITY, f64::min)
-        };
-        let tested = modes.iter().filter(spans).count();
-        let (verdict, statement) = if !changes.is_empty() {
-            let what = changes.join("; ");
-            (
-                LinearityVerdict::NotLinear,
-                format!("The structure is not linear: {what}. `stillbeam diagnose` looks for the reason."),
-            )
-        } else if tested > 0 {
-            (
-                LinearityVerdict::Linear,
-                format!(
-                    "No change with amplitude in the {tested} modes that were seen at amplitudes a factor of two or more apart."
-                ),
-            )
-        } else {
-            (
-                LinearityVerdict::NotTested,
-                "No mode was seen at amplitudes far enough apart to tell whether the structure is linear; record at two levels of excitation.".to_owned(),
-            )
-        };
-        Self { verdict, statement }
     }
 }
 

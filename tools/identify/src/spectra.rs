@@ -8,7 +8,7 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
 use crate::frf::{AveragedSpectra, FrfEstimate};
-use crate::result::{Frf, Response, Spectrum};
+use crate::responses::{Frf, Response, Spectrum};
 
 /// Shape of the segments' window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

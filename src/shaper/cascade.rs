@@ -9,18 +9,23 @@
 //! and so on. Every tick moves the whole ring by one, so that the place for a stage's newest sample is the one that the
 //! oldest of the stage before has just left. One index serves all stages.
 //!
-//! **Groups.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse. They are stored
+//! **Blocks.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse. They are stored
 //! as groups of [`WIDTH`] weights with one delay, missing taps having the weight zero. Past its end the ring repeats its
-//! first samples, so that no group is cut in two: one wrap and one bounds check per group rather than per tap.
+//! first samples, so that no group is cut in two: one comparison per group finds the wrap and bounds the access. What begins
+//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that fails.
 //!
 //! ```text
-//! words: | group | group | ... | ring: samples in order of time, wrapping | its first WIDTH - 1 again |
-//! group: | delay of the oldest | weight of the oldest | ... | weight of the youngest |
+//! words: | stage | group | group | ... | stage | group | ... | ring: samples in order of time, wrapping | its first WIDTH again |
+//! group: | weight of the oldest | ... | weight of the youngest | delay of the oldest + 1 |
+//! stage: | weight of its newest sample | delay of its newest sample | 0 | 0 | STAGE |
 //! ```
+//!
+//! Delays are those seen from the newest sample of the first stage, so they increase from block to block, and the ring is
+//! wrapped once per tick at most. Read from one place before the oldest sample the compiler loads a group with three instructions;
+//! read from the oldest, with four.
 
-use heapless::Vec;
+use core::hint::cold_path;
 
-use super::MAX_MODES;
 use super::stage::{StageTaps, Tap, WEIGHT_ONE};
 use super::table::ShaperTable;
 
@@ -28,10 +33,12 @@ const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
 
 /// Taps of a group.
 const WIDTH: usize = 4;
-/// Words of a group.
-const GROUP: usize = WIDTH + 1;
+/// Words of a block.
+const BLOCK: usize = WIDTH + 1;
 /// Samples that the ring has twice.
-const REPEATED: usize = WIDTH - 1;
+const REPEATED: usize = WIDTH;
+/// In the place of a delay: here begins a stage.
+const STAGE: i32 = i32::MIN;
 
 /// A table together with the memory it runs in.
 ///
@@ -39,24 +46,14 @@ const REPEATED: usize = WIDTH - 1;
 /// one bound where it would check three.
 #[derive(Debug)]
 pub struct Cascade<'m> {
-    stages: Vec<RunningStage, MAX_MODES>,
     memory: &'m mut [i32],
-    group_words: u16,
+    /// Stages and groups at the start of the memory.
+    blocks: u16,
     /// Samples in the ring, without those it repeats.
     samples: u16,
     /// Where in the ring the newest sample of the first stage is.
     newest: u16,
     duration_ticks: u32,
-}
-
-/// Where a stage is in the ring and among the groups.
-#[derive(Debug)]
-struct RunningStage {
-    /// How much older than the newest sample of the first stage its own seems, in the ring.
-    delay: u16,
-    group_words: u16,
-    /// The weight of its newest sample, which no group has.
-    weight_now: i32,
 }
 
 /// The memory that was to hold the histories is too small.
@@ -71,8 +68,8 @@ pub struct HistoryTooShort<'m> {
 impl<'m> Cascade<'m> {
     /// How many words of memory a table takes.
     pub(super) fn words(table: &ShaperTable) -> usize {
-        let groups: usize = table.stages().map(|stage| groups(stage).count()).sum();
-        ring_samples(table).saturating_add(GROUP * groups + REPEATED)
+        let blocks: usize = table.stages().map(|stage| 1 + groups(stage).count()).sum();
+        ring_samples(table).saturating_add(BLOCK * blocks + REPEATED)
     }
 
     /// Makes `table` ready to run in `history`, all past samples being zero. Takes time in proportion to
@@ -87,30 +84,31 @@ impl<'m> Cascade<'m> {
             return Err(HistoryTooShort { needed, history });
         }
         history.fill(0);
-        let mut places = history.as_chunks_mut::<GROUP>().0.iter_mut();
-        let (mut stages, mut delay, mut group_words) = (Vec::new(), 0, 0);
-        // From here on every number is at most `needed`.
-        for stage in table.stages() {
-            let mut own_words = 0;
-            for ([oldest, weights @ ..], place) in groups(stage).zip(&mut places) {
-                let [first, second, third, fourth] = weights;
-                *place = [oldest + i32::from(delay), first, second, third, fourth];
-                own_words += GROUP as u16;
+        let mut places = history.as_chunks_mut::<BLOCK>().0.iter_mut();
+        let (mut delay, mut blocks) = (0, 0);
+        let mut write = |block: [i32; BLOCK]| {
+            // The memory is long enough for all.
+            if let Some(place) = places.next() {
+                *place = block;
+                blocks += 1;
             }
+        };
+        for stage in table.stages() {
             let now = stage.taps().first().filter(|tap| tap.delay_ticks == 0);
-            let weight_now = now.map_or(0, |tap| tap.weight);
-            // A table has no more stages than there is room for.
-            let _fits = stages.push(RunningStage { delay, group_words: own_words, weight_now });
-            delay += own_samples(stage) as u16;
-            group_words += own_words;
+            write([now.map_or(0, |tap| tap.weight), delay, 0, 0, STAGE]);
+            for Group { oldest_delay, weights: [oldest, older, younger, youngest] } in groups(stage) {
+                write([oldest, older, younger, youngest, delay + oldest_delay + 1]);
+            }
+            // All delays are below `needed`.
+            delay += own_samples(stage) as i32;
         }
         let (samples, duration_ticks) = (ring_samples(table) as u16, table.duration_ticks());
-        Ok(Self { stages, memory: history, group_words, samples, newest: 0, duration_ticks })
+        Ok(Self { memory: history, blocks, samples, newest: 0, duration_ticks })
     }
 
     /// The cascade that changes nothing, holding on to `history`.
     pub fn identity(history: &'m mut [i32]) -> Self {
-        Self { stages: Vec::new(), memory: history, group_words: 0, samples: 0, newest: 0, duration_ticks: 0 }
+        Self { memory: history, blocks: 0, samples: 0, newest: 0, duration_ticks: 0 }
     }
 
     /// The memory, for the next table.
@@ -124,60 +122,63 @@ impl<'m> Cascade<'m> {
     }
 
     /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can, ends there.
-    #[inline(always)]
+    // On its own it has all registers to itself.
+    #[inline(never)]
     pub fn step(&mut self, input_nm: i32) -> i32 {
         let samples = usize::from(self.samples);
-        let Some((groups, ring)) = self.memory.split_at_mut_checked(usize::from(self.group_words)) else {
+        let Some((blocks, ring)) = self.memory.split_at_mut_checked(usize::from(self.blocks) * BLOCK) else {
             return input_nm;
         };
-        let Some(ring) = ring.get_mut(..samples + REPEATED) else { return input_nm };
-        let mut groups = &*groups;
+        // `get_mut` would make a second pointer to the same ring, and take a register for it.
+        if ring.len() < samples + REPEATED {
+            return input_nm;
+        }
         let mut newest = usize::from(self.newest) + 1;
         if newest >= samples {
             newest = 0;
         }
         // The ring is shorter than 2¹⁶.
         self.newest = newest as u16;
-        let mut sample_nm = i64::from(input_nm);
-        for stage in &self.stages {
-            // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
-            let input_nm = sample_nm as i32;
-            let delay = usize::from(stage.delay);
-            if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
-                newest = next_lap(newest, samples);
-                if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
-                    break;
-                }
-            }
-            let mut sum = i64::from(WEIGHT_ONE / 2) + i64::from(input_nm) * i64::from(stage.weight_now);
-            let Some((mut own, after)) = groups.split_at_checked(usize::from(stage.group_words)) else {
-                break;
-            };
-            groups = after;
-            while let Some(([delay, oldest, older, younger, youngest], rest)) =
-                own.split_first_chunk::<GROUP>()
-            {
-                own = rest;
-                let delay = *delay as usize;
-                let samples_nm = match window(ring, newest.wrapping_sub(delay), samples) {
-                    Some(window) => window,
-                    None => {
-                        newest = next_lap(newest, samples);
-                        match window(ring, newest.wrapping_sub(delay), samples) {
-                            Some(window) => window,
-                            None => break,
+        let mut sum = i64::from(input_nm) << WEIGHT_BITS;
+        for [oldest, older, younger, youngest, delay] in blocks.as_chunks::<BLOCK>().0 {
+            let samples_nm = match window(ring, newest.wrapping_sub(*delay as usize), samples) {
+                Some(window) => window,
+                None if *delay == STAGE => {
+                    // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
+                    let input_nm = (sum >> WEIGHT_BITS) as i32;
+                    let delay = *older as usize;
+                    if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
+                        cold_path();
+                        newest = newest.wrapping_add(samples);
+                        if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
+                            break;
                         }
                     }
-                };
-                let [a, b, c, d] = samples_nm;
-                sum += i64::from(*a) * i64::from(*oldest);
-                sum += i64::from(*b) * i64::from(*older);
-                sum += i64::from(*c) * i64::from(*younger);
-                sum += i64::from(*d) * i64::from(*youngest);
-            }
-            sample_nm = sum >> WEIGHT_BITS;
+                    sum = i64::from(WEIGHT_ONE / 2) + i64::from(input_nm) * i64::from(*oldest);
+                    continue;
+                }
+                None => {
+                    cold_path();
+                    // Delays increase, so when one reaches back past the ring's start, all after it do.
+                    newest = newest.wrapping_add(samples);
+                    match window(ring, newest.wrapping_sub(*delay as usize), samples) {
+                        Some(window) => window,
+                        None => break,
+                    }
+                }
+            };
+            let [a, b, c, d] = samples_nm;
+            sum += i64::from(*a) * i64::from(*oldest);
+            sum += i64::from(*b) * i64::from(*older);
+            sum += i64::from(*c) * i64::from(*younger);
+            sum += i64::from(*d) * i64::from(*youngest);
         }
-        if let Ok(sample_nm) = i32::try_from(sample_nm) { sample_nm } else { nearest_i32(sample_nm) }
+        // Sums are below 2⁶³, so this is the sample's upper half less two bits.
+        let upper = (sum >> 32) as i32;
+        if (upper.wrapping_add(1 << 29)).cast_unsigned() >= 1 << 30 {
+            return nearest_i32(upper);
+        }
+        (sum >> WEIGHT_BITS) as i32
     }
 }
 
@@ -196,13 +197,13 @@ fn remember(ring: &mut [i32], place: usize, samples: usize, sample_nm: i32) -> b
     true
 }
 
-/// The samples of a group that begins at this place, if that is within the ring.
+/// The samples of a group that begins after this place, if that is within the ring.
 #[inline(always)]
 fn window(ring: &[i32], place: usize, samples: usize) -> Option<&[i32; WIDTH]> {
-    if place < samples { ring.get(place..place + WIDTH)?.first_chunk() } else { None }
+    if place < samples { ring.get(place + 1..place + 1 + WIDTH)?.first_chunk() } else { None }
 }
 
-// The following happen at most once per tick or hardly ever; apart from the loop they take no registers from it.
+// These happen at most once per tick or hardly ever; on their own they take no registers from the rest.
 
 #[cold]
 #[inline(never)]
@@ -212,17 +213,10 @@ fn repeat(ring: &mut [i32], place: usize, sample_nm: i32) {
     }
 }
 
-/// Delays increase along the groups, so when one reaches back past the ring's start, all after it do.
 #[cold]
 #[inline(never)]
-fn next_lap(newest: usize, samples: usize) -> usize {
-    newest.wrapping_add(samples)
-}
-
-#[cold]
-#[inline(never)]
-fn nearest_i32(value: i64) -> i32 {
-    if value < 0 { i32::MIN } else { i32::MAX }
+fn nearest_i32(upper: i32) -> i32 {
+    if upper < 0 { i32::MIN } else { i32::MAX }
 }
 
 /// The past of a stage and its newest sample.
@@ -235,9 +229,16 @@ fn ring_samples(table: &ShaperTable) -> usize {
     table.stages().map(own_samples).fold(0, usize::saturating_add).max(WIDTH)
 }
 
+/// Up to [`WIDTH`] taps on neighbouring ticks.
+struct Group {
+    oldest_delay: i32,
+    /// The oldest first.
+    weights: [i32; WIDTH],
+}
+
 /// The taps but the one without delay, in groups with increasing delays. A group never looks further back than its
 /// oldest tap; what it reads beyond its youngest has no weight.
-fn groups<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = [i32; GROUP]> + use<'t> {
+fn groups<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Group> + use<'t> {
     let mut rest = stage.taps();
     if let [Tap { delay_ticks: 0, .. }, after @ ..] = rest {
         rest = after;
@@ -247,13 +248,13 @@ fn groups<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = [i32; GROUP]> + use<
         let count = rest.iter().take_while(|tap| tap.delay_ticks - youngest < WIDTH as u32).count();
         let taps = rest.split_off(..count)?;
         let oldest = taps.last()?.delay_ticks;
-        // Delays are below the length of a memory wherever a cascade runs.
-        let mut group = [oldest.cast_signed(), 0, 0, 0, 0];
+        let mut weights = [0; WIDTH];
         for tap in taps {
-            if let Some(weight) = group.get_mut(1 + (oldest - tap.delay_ticks) as usize) {
+            if let Some(weight) = weights.get_mut((oldest - tap.delay_ticks) as usize) {
                 *weight = tap.weight;
             }
         }
-        Some(group)
+        // Delays are below the length of a memory wherever a cascade runs.
+        Some(Group { oldest_delay: oldest.cast_signed(), weights })
     })
 }

@@ -91,7 +91,7 @@ fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
     bench.accept("set mode1.frequency_hz 0.05");
     let error = bench.refuse("apply");
     assert!(
-        error.starts_with("err memory shaper: needs 80024 samples of history at 4000 Hz, there are 13824"),
+        error.starts_with("err memory shaper: needs 80023 samples of history at 4000 Hz, there are 13824"),
         "{error}"
     );
     assert_eq!(bench.send("info"), running);

@@ -15,14 +15,13 @@
 //! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that fails.
 //!
 //! ```text
-//! words: | stage | group | group | ... | stage | group | ... | ring: samples in order of time, wrapping | its first WIDTH again |
-//! group: | weight of the oldest | ... | weight of the youngest | delay of the oldest + 1 |
-//! stage: | weight of its newest sample | delay of its newest sample | 0 | 0 | STAGE |
+//! words: | stage | group | group | ... | stage | group | ... | ring: samples in order of time, wrapping | its first WIDTH - 1 again |
+//! group: | weight of the oldest | ... | weight of the youngest | delay of the oldest |
+//! stage: | weight of its newest sample | 0 | 0 | 0 | delay of its newest sample + STAGE |
 //! ```
 //!
 //! Delays are those seen from the newest sample of the first stage, so they increase from block to block, and the ring is
-//! wrapped once per tick at most. Read from one place before the oldest sample the compiler loads a group with three instructions;
-//! read from the oldest, with four.
+//! wrapped once per tick at most.
 
 use core::hint::cold_path;
 
@@ -36,8 +35,8 @@ const WIDTH: usize = 4;
 /// Words of a block.
 const BLOCK: usize = WIDTH + 1;
 /// Samples that the ring has twice.
-const REPEATED: usize = WIDTH;
-/// In the place of a delay: here begins a stage.
+const REPEATED: usize = WIDTH - 1;
+/// Added to a delay: here begins a stage.
 const STAGE: i32 = i32::MIN;
 
 /// A table together with the memory it runs in.
@@ -95,9 +94,9 @@ impl<'m> Cascade<'m> {
         };
         for stage in table.stages() {
             let now = stage.taps().first().filter(|tap| tap.delay_ticks == 0);
-            write([now.map_or(0, |tap| tap.weight), delay, 0, 0, STAGE]);
+            write([now.map_or(0, |tap| tap.weight), 0, 0, 0, delay + STAGE]);
             for Group { oldest_delay, weights: [oldest, older, younger, youngest] } in groups(stage) {
-                write([oldest, older, younger, youngest, delay + oldest_delay + 1]);
+                write([oldest, older, younger, youngest, delay + oldest_delay]);
             }
             // All delays are below `needed`.
             delay += own_samples(stage) as i32;
@@ -141,16 +140,17 @@ impl<'m> Cascade<'m> {
         self.newest = newest as u16;
         let mut sum = i64::from(input_nm) << WEIGHT_BITS;
         for [oldest, older, younger, youngest, delay] in blocks.as_chunks::<BLOCK>().0 {
-            let samples_nm = match window(ring, newest.wrapping_sub(*delay as usize), samples) {
+            let place = newest.wrapping_sub(*delay as usize);
+            let samples_nm = match window(ring, place, samples) {
                 Some(window) => window,
-                None if *delay == STAGE => {
+                None if *delay < 0 => {
                     // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
                     let input_nm = (sum >> WEIGHT_BITS) as i32;
-                    let delay = *older as usize;
-                    if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
+                    let place = place.wrapping_add(STAGE as usize);
+                    if !remember(ring, place, samples, input_nm) {
                         cold_path();
                         newest = newest.wrapping_add(samples);
-                        if !remember(ring, newest.wrapping_sub(delay), samples, input_nm) {
+                        if !remember(ring, place.wrapping_add(samples), samples, input_nm) {
                             break;
                         }
                     }
@@ -197,10 +197,10 @@ fn remember(ring: &mut [i32], place: usize, samples: usize, sample_nm: i32) -> b
     true
 }
 
-/// The samples of a group that begins after this place, if that is within the ring.
+/// The samples of a group that begins at this place, if that is within the ring.
 #[inline(always)]
 fn window(ring: &[i32], place: usize, samples: usize) -> Option<&[i32; WIDTH]> {
-    if place < samples { ring.get(place + 1..place + 1 + WIDTH)?.first_chunk() } else { None }
+    if place < samples { ring.get(place..place + WIDTH)?.first_chunk() } else { None }
 }
 
 // These happen at most once per tick or hardly ever; on their own they take no registers from the rest.

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::code::{Code, Function};
+use super::stack::{Frames, StackUse, stack_use};
 use super::thumb::{self, Flow, Hazard};
 
 /// What was found at an address.
@@ -27,6 +28,8 @@ pub struct Reach {
     pub findings: BTreeSet<(u32, Finding)>,
     /// Number of different instructions.
     pub instructions: usize,
+    /// What all of it takes of the stack.
+    pub frames: Frames,
 }
 
 /// Follows all paths from the function `entry`.
@@ -48,8 +51,13 @@ pub fn follow(code: &Code, entry: &Function) -> Reach {
                 reach.findings.insert((address, finding));
             }
         }
-        let addresses: BTreeSet<_> = walk.seen.iter().map(|(address, _)| address).collect();
+        let addresses: BTreeSet<_> = walk.seen.iter().map(|(address, _)| *address).collect();
         reach.instructions += addresses.len();
+        for address in addresses {
+            let second = code.halfword(address + 2).unwrap_or_default();
+            let taken = code.halfword(address).map_or(StackUse::None, |first| stack_use(first, second));
+            reach.frames.count(start, taken);
+        }
     }
     reach
 }
@@ -127,6 +135,7 @@ impl Walk<'_> {
     }
 
     fn enter(&self, target: u32, reach: &mut Reach, waiting: &mut Vec<u32>) {
+        reach.frames.call(self.function.start, target);
         reach.functions.entry(target).or_insert_with(|| {
             waiting.push(target);
             self.function.start

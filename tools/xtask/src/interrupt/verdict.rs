@@ -80,12 +80,20 @@ pub struct Verdict {
     /// Readable names of all functions reached, the handler first.
     pub functions: Vec<String>,
     instructions: usize,
+    /// The most bytes of stack, with what the processor stores on entry; `None` without a bound.
+    pub stack_bytes: Option<u32>,
 }
 
 impl Verdict {
     /// Judges what `entry` reaches.
     pub fn of(code: &Code, entry: &Function, reach: &Reach) -> Self {
-        let mut verdict = Self { instructions: reach.instructions, ..Self::default() };
+        let stack_bytes = reach.frames.deepest(entry.start);
+        let mut verdict = Self { instructions: reach.instructions, stack_bytes, ..Self::default() };
+        if stack_bytes.is_none() {
+            verdict.violations.push(
+                "takes stack without a bound: a recursion, or a stack pointer from a register".to_owned(),
+            );
+        }
         let name = |start: u32| match code.around(start) {
             Some(function) => function.names.join(" = "),
             None => format!("{start:#010x}"),
@@ -145,6 +153,9 @@ impl Verdict {
         let listed = |title: &str, lines: &[String]| -> String {
             lines.iter().map(|line| format!("  {title} {line}\n")).collect()
         };
+        if let Some(bytes) = self.stack_bytes {
+            text += &format!("  at most {bytes} bytes of stack, with what the processor stores on entry\n");
+        }
         text += &listed("function", &self.functions);
         text += &listed("division", divisions);
         if self.violations.is_empty() {

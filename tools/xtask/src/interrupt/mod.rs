@@ -6,6 +6,7 @@
 //! are in `thumb_tests.rs`. The stack that the tick can take is bounded on the same paths.
 
 mod code;
+mod masked;
 mod reach;
 mod stack;
 mod thumb;
@@ -36,7 +37,8 @@ pub fn check(image: &Path) -> Result<String, Failure> {
         reason: format!("no function {HANDLER}; the check needs the release image with its symbols"),
     })?;
     let verdict = Verdict::of(&code, entry, &reach::follow(&code, entry));
-    let text = verdict.describe(&divisions(image, &verdict));
+    let masked = masked::describe(&masked::sections(&code));
+    let text = verdict.describe(&divisions(image, &verdict)) + &masked;
     if verdict.violations.is_empty() { Ok(text) } else { Err(Failure::Interrupt { report: text }) }
 }
 

@@ -12,7 +12,7 @@ use crate::forced_model::{pole, pole_parameters};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::narrow_band::WholeSpectrum;
 use crate::noise::refine;
-use crate::poles::survey_decay_bands;
+use crate::poles::{Survey, survey_decay_bands};
 use crate::result::{IdentifiedModes, Rejected};
 use crate::ringing::{DecayRecord, Ringing};
 use crate::separable::{Projected, fit, fit_covariance};
@@ -153,7 +153,9 @@ fn identify_from(
     let uniform = Uniform::new(&record.time_s, &record.output);
     let mut rejected = Vec::new();
     let survey = survey_decay_bands(&uniform.without_mean(), uniform.interval_s);
-    let (mut parts, left_by_all) = starting_parts(&uniform, &survey, options.modes, &mut rejected);
+    // A drive that speeds up and slows down is a multitude of short decays to the realisation.
+    let realised = if ringing.tones.is_empty() { survey.clone() } else { Survey::default() };
+    let (mut parts, left_by_all) = starting_parts(&uniform, &realised, options.modes, &mut rejected);
     parts.retain(|part| {
         let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
         tone.is_none()

@@ -27,24 +27,13 @@ fn read(file: &str) -> Option<Recording> {
 fn a_line_that_steppers_drive_is_called_a_forced_tone() {
     for name in ["shake_a_oscillation", "shake_a_quick", "shake_b_oscillation"] {
         let Some(record) = read(&format!("klipper_raw_belt_printer/adxl345-{name}.csv")) else { return };
-        let is_line = |hz: f64| (338.0..356.0).contains(&hz);
-        // After the steppers have stopped the gantry may be heard; the line is none of its modes.
         let result = identify_free_decay(&record, &FreeDecayOptions::new("acceleration_x_mm_s2"));
-        let called: Vec<(f64, String)> = match &result {
-            Err(IdentifyError::OnlyTones { tones, .. }) => tones.clone(),
-            Ok(found) => {
-                assert!(!found.modes.iter().any(|mode| is_line(mode.frequency_hz.value)), "{name}");
-                let poles = found.rejected.iter().filter_map(|entry| match entry {
-                    Rejected::Pole { frequency_hz, reason, .. } if reason.contains("forced tone") => {
-                        Some((*frequency_hz, reason.clone()))
-                    }
-                    _ => None,
-                });
-                poles.collect()
+        match result {
+            Err(IdentifyError::OnlyTones { tones, .. }) => {
+                assert!(tones.iter().any(|(hz, _)| (338.0..356.0).contains(hz)), "{name}: {tones:?}");
             }
-            Err(other) => panic!("{name}: {other}"),
-        };
-        assert!(called.iter().any(|(hz, _)| is_line(*hz)), "{name}: {called:?}");
+            other => panic!("{name}: {other:?}"),
+        }
     }
 }
 

@@ -78,7 +78,7 @@ pub fn belts() -> Result<String, IdentifyError> {
 
 Klipper logs of a Voron 2.4 (MIT). Plucks, along y, of belts tuned to about 110 Hz (`belt_b_1`: of an older, lower tension; `belt_A_test` is four plucks, the last one is read): the finger's
 impact rings the gantry above 600 Hz for some 50 ms, up to a hundred times louder than the belt, which is heard alone afterwards. The fit starts where modes explain all but noise. Shakes, along x: the steppers drive
-a line at 341 to 353 Hz and its double; 650 to 660 Hz is the gantry, which the plucks ring too. In brackets the share of the decay's energy and the damping ratio.
+a line at 341 to 353 Hz and its double; no mode. In brackets the share of the decay's energy and the damping ratio.
 
 | file | read from (after the peak) | modes | said of lines |
 |---|---|---|---|

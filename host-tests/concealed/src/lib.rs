@@ -8,6 +8,7 @@
 
 pub mod case;
 mod patience;
+pub mod picture;
 pub mod random;
 pub mod refit;
 pub mod run;

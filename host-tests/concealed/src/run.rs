@@ -22,9 +22,9 @@ use crate::seal::{SealError, open, seal};
 /// Processor seconds for a free run of the extended model.
 const SIMULATION_LIMIT_S: f64 = 20.0;
 /// The tool's answer in a case's folder.
-const ANSWER: &str = "answer.json";
+pub(crate) const ANSWER: &str = "answer.json";
 /// The tool's extended model.
-const EXTENDED: &str = "extended.toml";
+pub(crate) const EXTENDED: &str = "extended.toml";
 
 /// What to run.
 #[derive(Debug, Clone)]
@@ -273,7 +273,7 @@ impl Bench {
 }
 
 /// A column of CSV text as numbers; `None` if it is not there or a cell is no number.
-fn column_of(text: &str, column: &str) -> Option<Vec<f64>> {
+pub(crate) fn column_of(text: &str, column: &str) -> Option<Vec<f64>> {
     let mut lines = text.lines();
     let index = lines.next()?.split(',').position(|name| name == column)?;
     lines.map(|line| line.split(',').nth(index)?.parse().ok()).collect()

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use stillbeam_concealed::picture::picture;
 use stillbeam_concealed::run::{Bench, run};
 use stillbeam_concealed::score::judge::Mark;
 use stillbeam_concealed::score::page::{Making, page};
@@ -12,16 +13,18 @@ use stillbeam_concealed::seal::digest;
 const USAGE: &str =
     "usage: stillbeam-prove [--tool PROGRAM] [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
                        [--jobs N] [--resume] [--page FILE.md] [--least-right N] [--most-wrong N]
+       stillbeam-prove --picture CASE FILE.svg [--tool PROGRAM] [--out FOLDER]
 
   --tool PROGRAM    the stillbeam program to test (the one beside this program)
   --cases N         how many cases (300)
   --seed S          seed of the cases (1)
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
-  --limit SECONDS   processor time that the tool has per case, one thread (24)
+  --limit SECONDS   processor time that the tool has per case, one thread (20)
   --jobs N          cases at a time (2)
   --resume          keep the scores that are there
   --page FILE.md    write the results page
   --least-right N   fail when fewer answers are right
+  --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
   --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {
@@ -43,10 +46,11 @@ fn bench() -> Result<(), String> {
         seed: 1,
         cases: 300,
         jobs: 2,
-        limit_s: 24.0,
+        limit_s: 20.0,
         resume: false,
     };
     let (mut page_file, mut least_right, mut most_wrong) = (None, 0, usize::MAX);
+    let mut drawn = None;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
@@ -60,6 +64,10 @@ fn bench() -> Result<(), String> {
             "--page" => page_file = Some(PathBuf::from(value()?)),
             "--least-right" => least_right = number(&value()?)?,
             "--most-wrong" => most_wrong = number(&value()?)?,
+            "--picture" => {
+                let case: usize = number(&value()?)?;
+                drawn = Some((case, PathBuf::from(value()?)));
+            }
             "--help" => {
                 println!("{USAGE}");
                 return Ok(());
@@ -70,6 +78,12 @@ fn bench() -> Result<(), String> {
     }
     // The tool runs in the cases' folders.
     bench.tool = bench.tool.canonicalize().map_err(|error| format!("--tool: {error}\n{USAGE}"))?;
+    if let Some((case, file)) = drawn {
+        let folder = bench.out.join("cases").join(format!("{case:04}"));
+        let svg = picture(&bench.tool, &folder, "check")
+            .ok_or(format!("{}: no answer that names anything; run the bench first", folder.display()))?;
+        return std::fs::write(&file, svg).map_err(|error| format!("{}: {error}", file.display()));
+    }
     let program = std::fs::read(&bench.tool).map_err(|error| format!("{}: {error}", bench.tool.display()))?;
     let version = std::process::Command::new(&bench.tool).arg("--version").output();
     let version = version.map_err(|error| format!("{}: {error}", bench.tool.display()))?;

@@ -10,6 +10,7 @@ pub mod case;
 mod patience;
 pub mod picture;
 pub mod random;
+pub mod real;
 pub mod refit;
 pub mod run;
 pub mod score;

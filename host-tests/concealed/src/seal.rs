@@ -30,6 +30,12 @@ pub enum SealError {
         /// Why.
         source: io::Error,
     },
+    /// The truth has numbers that JSON cannot hold.
+    #[error("case {number}: a measured number is not finite; this is an error of the bench")]
+    NotFinite {
+        /// Which case.
+        number: usize,
+    },
     /// The sealed truth is not what was committed to.
     #[error(
         "{path}: the truth is not the one that was committed to before the tool ran; run the bench again without --resume"
@@ -75,6 +81,9 @@ pub fn seal(case: &Case, sealed: &Path, folder: &Path) -> Result<String, SealErr
     let salt: [u8; 32] = Random::new(case.truth.seed ^ case.truth.number as u64, SALTS).bytes();
     let truth = serde_json::to_string_pretty(&case.truth)
         .map_err(|error| file_error(sealed, io::Error::other(error)))?;
+    if serde_json::from_str::<Truth>(&truth).is_err() {
+        return Err(SealError::NotFinite { number: case.truth.number });
+    }
     let sealed_truth = Sealed { salt: hexadecimal(&salt), truth, noise_free: noise_free_texts(case) };
     let commitment = sealed_truth.commitment();
     let text =

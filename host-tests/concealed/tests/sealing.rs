@@ -45,3 +45,13 @@ fn a_labs_folder_holds_a_model_recordings_and_a_commitment_only() {
     }
     assert_eq!(recordings, 5);
 }
+
+/// JSON has no infinity: such a truth could be sealed and never opened.
+#[test]
+fn a_truth_that_cannot_be_read_back_is_not_sealed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = make(3, 4).unwrap();
+    case.truth.measured.hidden_share = vec![f64::NEG_INFINITY];
+    let sealed = seal(&case, &folder.path().join("0004.json"), folder.path());
+    assert!(matches!(sealed, Err(SealError::NotFinite { number: 4 })));
+}

@@ -1,9 +1,10 @@
 //! `stillbeam-prove`: the bench as a program; `cargo xtask prove` builds the tool and calls it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use stillbeam_concealed::picture::picture;
+use stillbeam_concealed::real::real;
 use stillbeam_concealed::run::{Bench, run};
 use stillbeam_concealed::score::judge::Mark;
 use stillbeam_concealed::score::page::{Making, page};
@@ -14,6 +15,7 @@ const USAGE: &str =
     "usage: stillbeam-prove [--tool PROGRAM] [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
                        [--jobs N] [--resume] [--page FILE.md] [--least-right N] [--most-wrong N]
        stillbeam-prove --picture CASE FILE.svg [--tool PROGRAM] [--out FOLDER]
+       stillbeam-prove --real DATA [--tool PROGRAM] [--out FOLDER] [--page FILE.md]
 
   --tool PROGRAM    the stillbeam program to test (the one beside this program)
   --cases N         how many cases (300)
@@ -25,6 +27,7 @@ const USAGE: &str =
   --page FILE.md    write the results page
   --least-right N   fail when fewer answers are right
   --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
+  --real DATA       diagnose published recordings of real machines instead of concealed cases
   --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {
@@ -49,8 +52,8 @@ fn bench() -> Result<(), String> {
         limit_s: 20.0,
         resume: false,
     };
-    let (mut page_file, mut least_right, mut most_wrong) = (None, 0, usize::MAX);
-    let mut drawn = None;
+    let (mut page_file, mut least_right, mut most_wrong) = (None::<PathBuf>, 0, usize::MAX);
+    let (mut drawn, mut data) = (None, None);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
@@ -64,6 +67,7 @@ fn bench() -> Result<(), String> {
             "--page" => page_file = Some(PathBuf::from(value()?)),
             "--least-right" => least_right = number(&value()?)?,
             "--most-wrong" => most_wrong = number(&value()?)?,
+            "--real" => data = Some(PathBuf::from(value()?)),
             "--picture" => {
                 let case: usize = number(&value()?)?;
                 drawn = Some((case, PathBuf::from(value()?)));
@@ -84,6 +88,12 @@ fn bench() -> Result<(), String> {
             .ok_or(format!("{}: no answer that names anything; run the bench first", folder.display()))?;
         return std::fs::write(&file, svg).map_err(|error| format!("{}: {error}", file.display()));
     }
+    if let Some(data) = data {
+        // The bench is two folders below the workspace's root.
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+        let text = real(&bench.tool, &data, &models, &bench.out.join("real"));
+        return publish(page_file.as_deref(), &text.map_err(|error| error.to_string())?);
+    }
     let program = std::fs::read(&bench.tool).map_err(|error| format!("{}: {error}", bench.tool.display()))?;
     let version = std::process::Command::new(&bench.tool).arg("--version").output();
     let version = version.map_err(|error| format!("{}: {error}", bench.tool.display()))?;
@@ -96,10 +106,7 @@ fn bench() -> Result<(), String> {
         tool_digest: digest(&program),
     };
     let text = page(&making, &scores);
-    match page_file {
-        Some(file) => std::fs::write(&file, text).map_err(|error| format!("{}: {error}", file.display()))?,
-        None => print!("{text}"),
-    }
+    publish(page_file.as_deref(), &text)?;
     let tally = Tally::of(&scores);
     let (right, wrong) = (tally.count(Mark::Right), tally.count(Mark::Wrong));
     eprintln!("{right} of {} right, {} tied, {wrong} wrong", tally.total(), tally.count(Mark::Tied));
@@ -109,6 +116,16 @@ fn bench() -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+fn publish(file: Option<&Path>, text: &str) -> Result<(), String> {
+    match file {
+        Some(file) => std::fs::write(file, text).map_err(|error| format!("{}: {error}", file.display())),
+        None => {
+            print!("{text}");
+            Ok(())
+        }
+    }
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {

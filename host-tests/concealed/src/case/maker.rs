@@ -316,7 +316,8 @@ impl Bench {
         for ((plan, outcome), plain) in training(&self.plans).zip(&outcomes).zip(&self.plain) {
             let effect = self.effect(outcome, plain);
             let alone = refit(&self.start(), &[self.observed(plan, outcome)], RATE_HZ)?;
-            hidden_share.push(1.0 - alone.left.first()? / effect);
+            // A law that this recording does not reach (a limit, a stop) has nothing to hide there.
+            hidden_share.push(if effect > 0.0 { 1.0 - alone.left.first()? / effect } else { 0.0 });
             effects.push(effect);
         }
         let second = all.get(1).map(|second| -> Option<f64> {

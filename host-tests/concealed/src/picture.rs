@@ -13,7 +13,7 @@ use crate::run::{ANSWER, EXTENDED, column_of};
 /// Size of the drawing area of a panel, pixels.
 const PANEL: (f64, f64) = (820.0, 120.0);
 /// Left edge of the panels and distance from panel to panel.
-const MARGIN: f64 = 70.0;
+const MARGIN: f64 = 85.0;
 const EVERY: f64 = 185.0;
 /// File of the extended model with its laws taken out.
 const WITHOUT: &str = "without.toml";
@@ -57,7 +57,7 @@ pub fn picture(tool: &Path, folder: &Path, run: &str) -> Option<String> {
             colour: "#8a8f98",
         },
         Panel {
-            title: "Located: with refitted parameters, this is what they cannot explain".to_owned(),
+            title: "Located: what the fitted parameters cannot explain without the law found".to_owned(),
             residual: residual(WITHOUT)?,
             colour: "#c2410c",
         },
@@ -77,7 +77,10 @@ fn in_words(effect: &Value) -> String {
         if let (Some(value), Some(stderr)) = (estimate["value"].as_f64(), estimate["stderr"].as_f64()) {
             let unit = estimate["unit"].as_str().unwrap_or_default();
             // Writing into a string cannot fail.
-            let _ = write!(text, ", {} {value:.4} ± {stderr:.1e} {unit}", name.replace('_', " "));
+            let decimals =
+                if stderr > 0.0 { (1.0 - stderr.log10().floor()).clamp(0.0, 9.0) as usize } else { 3 };
+            let name = name.replace('_', " ");
+            let _ = write!(text, ", {name} {value:.decimals$} ± {stderr:.decimals$} {unit}");
         }
         text
     })
@@ -118,17 +121,17 @@ fn drawing(panels: &[Panel], time_s: &[f64]) -> String {
         let _ = write!(
             svg,
             "<text x=\"{MARGIN}\" y=\"{}\" font-weight=\"bold\">{}</text>\n\
-             <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">{:.3} mm rms</text>\n\
              <rect x=\"{MARGIN}\" y=\"{top}\" width=\"{}\" height=\"{}\" fill=\"#f6f7f9\"/>\n\
+             <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">{:.3} mm rms</text>\n\
              <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">{:.1} mm</text>\n\
              <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">−{:.1} mm</text>\n",
             top - 10.0,
             panel.title,
-            MARGIN + PANEL.0,
-            top + PANEL.1 - 6.0,
-            1e3 * rms,
             PANEL.0,
             PANEL.1,
+            MARGIN + PANEL.0 - 6.0,
+            top + PANEL.1 - 8.0,
+            1e3 * rms,
             MARGIN - 6.0,
             top + 10.0,
             1e3 * most,

@@ -69,7 +69,7 @@ pub enum BenchError {
 /// # Errors
 /// [`BenchError`], the first one met; scores written before stay for `resume`.
 pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>, BenchError> {
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let (next, done, fresh_ones) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(0));
     let results: Mutex<Vec<Score>> = Mutex::new(Vec::new());
     let failure: Mutex<Option<BenchError>> = Mutex::new(None);
     let begun = Instant::now();
@@ -84,8 +84,9 @@ pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>
                 Ok((score, fresh)) => {
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                     if fresh {
-                        let left_s =
-                            begun.elapsed().as_secs_f64() / done as f64 * (bench.cases - done) as f64;
+                        let fresh_ones = fresh_ones.fetch_add(1, Ordering::Relaxed) + 1;
+                        let each_s = begun.elapsed().as_secs_f64() / fresh_ones as f64;
+                        let left_s = each_s * (bench.cases - done) as f64;
                         progress(&line(&score, done, bench.cases, left_s));
                     }
                     if let Ok(mut results) = results.lock() {

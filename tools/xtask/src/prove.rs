@@ -15,9 +15,9 @@ const SUBSET: [&str; 10] = [
     "--page",
     "target/prove-subset/page.md",
     "--least-right",
-    "0",
+    "5",
     "--most-wrong",
-    "20",
+    "1",
 ];
 
 /// Builds tool and bench, and runs the bench with these options (docs/results/proof.md).

@@ -7,6 +7,9 @@ use super::judge::{Mark, Score};
 use super::tables::{Tally, by_kind, by_law, confusion, goals, held_out_ratios, median};
 use crate::seal::digest;
 
+/// Cases of the whole bench.
+const FULL: usize = 300;
+
 /// What a page says about its own making.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Making {
@@ -59,7 +62,7 @@ fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Resul
         let met = match goal.met {
             Some(true) => "yes",
             Some(false) => "**no**",
-            None => "no case",
+            None => "too few",
         };
         writeln!(text, "| {} | {} | {met} |", goal.words, goal.reached)?;
     }
@@ -82,6 +85,17 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
         bad(Mark::Unexplained),
         bad(Mark::NoAnswer),
     )?;
+    let answered = scores.iter().filter(|score| score.mark != Mark::NoAnswer).count();
+    let right = bad(Mark::Right);
+    writeln!(
+        text,
+        "Of the {answered} cases that were answered in the time, {right} were answered rightly, those with nothing missing and with laws of no catalogue included.{}\n",
+        if scores.len() < FULL {
+            format!(" These are {} cases; the whole bench has {FULL}.", scores.len())
+        } else {
+            String::new()
+        }
+    )?;
     let never: Vec<String> = by_law(scores)
         .into_iter()
         .filter(|(law, _)| in_catalogue(law))
@@ -89,7 +103,7 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
         .map(|(law, tally)| format!("{law} ({})", tally.total()))
         .collect();
     if !never.is_empty() {
-        writeln!(text, "Never right nor tied (cases): {}.\n", never.join(", "))?;
+        writeln!(text, "Never right nor tied (cases): {}.", never.join(", "))?;
     }
     let wrong: Vec<String> = scores
         .iter()

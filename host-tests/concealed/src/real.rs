@@ -25,6 +25,8 @@ struct Machine {
     mean_of: usize,
     /// What is known of it from elsewhere.
     known: &'static str,
+    /// Laws that it is known to have.
+    expected: &'static [&'static str],
 }
 
 const ALL: usize = usize::MAX;
@@ -39,6 +41,7 @@ const MACHINES: [Machine; 2] = [
         mean_of: 10,
         known: "Coulomb friction 20.4 N, offset −3.2 N, mass 95.1 kg, viscous friction 203.5 N s/m (the authors' inverse-model fit). Open loop on the record with pulses, \
                 that model misses the position by 6.7 mm rms; Stribeck friction or drag improve the training record and worsen this one.",
+        expected: &["coulomb_friction", "constant_force"],
     },
     Machine {
         name: "Silverbox: an electronic Duffing oscillator",
@@ -51,6 +54,7 @@ const MACHINES: [Machine; 2] = [
         held_out: &[("arrow_end", "silverbox/silverbox_SNLS80mV.csv", 34_000, 40_650)],
         mean_of: 1,
         known: "A hardening cubic spring and a small even term from an offset. Linear models miss the growing-amplitude record by 14 mV rms, the best published by 0.26 to 0.3 mV.",
+        expected: &["cubic_stiffness"],
     },
 ];
 
@@ -92,6 +96,7 @@ pub fn real(tool: &Path, data: &Path, models: &Path, out: &Path) -> io::Result<S
         match answer.filter(|_| done.status.success()) {
             Some(answer) => {
                 let _ = section(&mut page, &answer, seconds);
+                let _ = compared(&mut page, &answer, machine.expected);
             }
             None => {
                 let _ = writeln!(page, "No answer: {}.", done.status);
@@ -181,6 +186,24 @@ fn section(page: &mut String, answer: &Value, seconds: f64) -> std::fmt::Result 
         )?;
     }
     Ok(())
+}
+
+/// What was found of what is known, and what else.
+fn compared(page: &mut String, answer: &Value, expected: &[&str]) -> std::fmt::Result {
+    let named: Vec<&str> = answer["effects"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|effect| effect["id"].as_str())
+        .collect();
+    let list = |laws: Vec<&str>| if laws.is_empty() { "nothing".to_owned() } else { laws.join(", ") };
+    writeln!(
+        page,
+        "\nKnown and found: {}. **Known and not found: {}.** Named and not known: {}.",
+        list(expected.iter().filter(|law| named.contains(law)).copied().collect()),
+        list(expected.iter().filter(|law| !named.contains(law)).copied().collect()),
+        list(named.iter().filter(|law| !expected.contains(law)).copied().collect()),
+    )
 }
 
 fn number(page: &mut String, estimate: &Value) -> std::fmt::Result {

@@ -24,6 +24,7 @@ use crate::result::{
 use crate::simulation::Hypothesis;
 use crate::study::{Compared, OnAll, Study, compare, settle};
 use crate::verdict::{effects, rows, ties, verdict};
+use crate::wording::sizes;
 
 /// What a diagnosis is doing.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,10 +152,13 @@ fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
     let numbers = pooled.map_or_else(String::new, |pooled| {
         let fits = &pooled.fits;
         let role = if pooled.role == RecordRole::HeldOut { "held-out" } else { "training" };
-        let extended = fits.extended.map_or_else(String::new, |extended| format!(" to {:.3e}", extended.rms));
+        let last = fits.extended.map_or(fits.refitted_linear, |extended| extended);
+        let values = [fits.given.rms, fits.refitted_linear.rms, last.rms, fits.given.noise_floor];
+        let ([given, refitted, extended, noise], unit) = sizes(values, &pooled.output);
+        let extended = fits.extended.map_or_else(String::new, |_| format!(" to {extended} {unit} with it"));
         format!(
-            "The {role} error of {} goes from {:.3e} as given to {:.3e} refitted{extended}, the noise being {:.3e}.",
-            pooled.output, fits.given.rms, fits.refitted_linear.rms, fits.given.noise_floor
+            "The {role} error of {} falls from {given} as given to {refitted} refitted{extended}, the noise being {noise} {unit}.",
+            pooled.output
         )
     });
     let first = effects.first().map(|effect| effect.sentence.as_str()).unwrap_or_default();

@@ -139,10 +139,13 @@ impl Problem<'_, '_> {
         let moved = |step: f64| {
             let mut moved = search.to_vec();
             moved[column] += step;
-            self.stack.prediction(record, &self.moved(&moved)?, &fit.initial)
+            let hypothesis = self.moved(&moved)?;
+            let hypothesis = hypothesis.unrounded().unwrap_or(hypothesis);
+            self.stack.prediction(record, &hypothesis, &fit.initial)
         };
         let mut change = moved(step)?;
-        let (base, length) = match self.central.then(|| moved(-step)).flatten() {
+        let both = self.central || self.hypothesis.unrounded().is_some();
+        let (base, length) = match both.then(|| moved(-step)).flatten() {
             Some(before) => (before, 2.0 * step),
             None => (self.stack.weighted(record, &fit.simulated), step),
         };

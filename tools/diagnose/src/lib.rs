@@ -36,6 +36,7 @@ mod stacking;
 mod statistics;
 mod study;
 mod verdict;
+mod wording;
 
 pub use controls::{Controls, controls};
 pub use diagnosis::{Progress, diagnose};

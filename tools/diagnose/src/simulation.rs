@@ -46,6 +46,19 @@ impl Hypothesis {
         extended
     }
 
+    /// The same with readings that are not rounded: derivatives of rounded ones are nothing or infinite. `None` where
+    /// nothing rounds.
+    pub(crate) fn unrounded(&self) -> Option<Self> {
+        let rounds = |law: &Physics| law.id == "quantisation";
+        self.model.setup().physics.iter().any(rounds).then(|| {
+            let mut smooth = self.clone();
+            for law in smooth.model.setup_mut().physics.iter_mut().filter(|law| rounds(law)) {
+                law.parameters.insert("step".to_owned(), 0.0);
+            }
+            smooth
+        })
+    }
+
     /// Whether initial states only add their free response.
     pub(crate) fn is_linear(&self) -> bool {
         self.model.setup().physics.is_empty()

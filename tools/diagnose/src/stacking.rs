@@ -39,9 +39,12 @@ pub(crate) struct RecordFit {
     pub(crate) initial: Vec<f64>,
 }
 
-/// Corrections of an initial state are tried at most this often, and kept when they leave less than this share.
-const MOST_CORRECTIONS: usize = 3;
-const WORTH: f64 = 0.999;
+/// Corrections of an initial state are made at most this often, ...
+const MOST_CORRECTIONS: usize = 4;
+/// ... until the sum of squares changes by less than this many mean squares.
+const SETTLED: f64 = 0.05;
+/// A start other than rest has to be this many mean squares better.
+const CLEAR: f64 = 10.0;
 
 impl Stack<'_> {
     /// Number of samples.
@@ -80,7 +83,8 @@ impl Stack<'_> {
         outputs.flat_map(|(weight, signal)| signal.iter().map(move |value| weight * value)).collect()
     }
 
-    /// Offsets first, then one column per state.
+    /// One column per state first, then the offsets: where both do the same (an encoder of a base that nothing holds), what
+    /// was read is where the base is.
     fn nuisance_columns(&self, index: usize, free: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
         let record = self.records[index];
         let constant = |which: usize| {
@@ -90,7 +94,7 @@ impl Stack<'_> {
             self.weighted(index, &signals)
         };
         let offsets = (0..record.outputs.len()).map(constant);
-        offsets.chain(free.iter().map(|response| self.weighted(index, response))).collect()
+        free.iter().map(|response| self.weighted(index, response)).chain(offsets).collect()
     }
 
     /// One recording under a hypothesis, simulated from `start` exactly; `None` where it cannot be simulated.
@@ -121,7 +125,8 @@ impl Stack<'_> {
             return None;
         }
         let components = nuisances.remove_from(&mut residuals);
-        let mut corrections = nuisances.coefficients(&components).split_off(record.outputs.len());
+        let mut corrections = nuisances.coefficients(&components);
+        corrections.truncate(free.len());
         if hypothesis.is_linear() {
             // A linear plant is corrected exactly.
             for (response, factor) in free.iter().zip(&corrections) {
@@ -135,25 +140,43 @@ impl Stack<'_> {
         Some((RecordFit { simulated, nuisances, residuals, initial }, corrections))
     }
 
-    /// The same from the likeliest of a few starts: the one given, rest, and both corrected.
+    /// The same from the likeliest state: from rest or from the one given, each corrected as the linear model says.
     fn evaluate_record(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
-        let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
-        let given = self.evaluate_from(index, hypothesis, start);
         if hypothesis.is_linear() {
-            return given.map(|(fit, _)| fit);
+            return self.evaluate_from(index, hypothesis, start).map(|(fit, _)| fit);
         }
-        // States fitted together with a wrong model make up for what it lacks.
-        let rest = self.evaluate_from(index, hypothesis, &[]);
-        let (mut best, mut corrections) = match (given, rest) {
-            (Some(given), Some(rest)) if power(&rest.0) < power(&given.0) => rest,
-            (Some(given), _) => given,
-            (None, rest) => rest?,
-        };
+        let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
+        let rest = self.corrected_from(index, hypothesis, &[]);
+        if start.iter().all(|value| *value == 0.0) {
+            return rest;
+        }
+        // States fitted together with a wrong model make up for what it lacks; only a clear gain speaks for them.
+        match (rest, self.corrected_from(index, hypothesis, start)) {
+            (Some(rest), Some(given)) => {
+                let square = power(&given) / given.residuals.len().max(1) as f64;
+                Some(if power(&rest) < power(&given) + CLEAR * square { rest } else { given })
+            }
+            (rest, given) => rest.or(given),
+        }
+    }
+
+    /// From a state, corrected a few times; the best that was met.
+    fn corrected_from(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
+        let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
+        let (mut best, mut corrections) = self.evaluate_from(index, hypothesis, start)?;
+        let mut last = best.initial.clone();
         for _ in 0..MOST_CORRECTIONS {
-            let moved: Vec<f64> = best.initial.iter().zip(&corrections).map(|(state, c)| state + c).collect();
-            match self.evaluate_from(index, hypothesis, &moved) {
-                Some((fit, next)) if power(&fit) < WORTH * power(&best) => (best, corrections) = (fit, next),
-                _ => break,
+            let moved: Vec<f64> = last.iter().zip(&corrections).map(|(state, c)| state + c).collect();
+            let Some((fit, next)) = self.evaluate_from(index, hypothesis, &moved) else { break };
+            (corrections, last) = (next, fit.initial.clone());
+            // A correction may change nothing but what a law sees of the position: the later state is the better founded.
+            let square = power(&best) / best.residuals.len().max(1) as f64;
+            let settled = (power(&fit) - power(&best)).abs() < SETTLED * square;
+            if power(&fit) < power(&best) + SETTLED * square {
+                best = fit;
+            }
+            if settled {
+                break;
             }
         }
         Some(best)

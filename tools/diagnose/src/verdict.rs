@@ -10,6 +10,7 @@ use crate::naming::sets::Member;
 use crate::naming::trials::Candidate;
 use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
 use crate::statistics::distributions::two_sided_normal;
+use crate::wording::with_error;
 
 /// The verdict from what was found and whether only noise is left.
 pub(crate) fn verdict(selection: &Selection, refit_adequate: bool, rest_is_noise: bool) -> Verdict {
@@ -96,23 +97,6 @@ fn sentence(candidate: &Candidate, parameters: &BTreeMap<String, ParameterEstima
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
-}
-
-/// `3.12 ± 0.10 N`: as many digits as the error's first two allow.
-pub fn with_error(value: f64, stderr: f64, unit: &str) -> String {
-    if !(stderr.is_finite() && stderr > 0.0 && value.is_finite()) {
-        return format!("{value:.4e} {unit}").trim_end().to_owned();
-    }
-    let digits = 1 - stderr.log10().floor() as i32;
-    let plain = value.abs() < 1e5 && (0..=6).contains(&digits);
-    let text = if plain {
-        let digits = usize::try_from(digits).unwrap_or(0);
-        format!("{value:.digits$} ± {stderr:.digits$} {unit}")
-    } else {
-        let significant = (value.abs() / stderr).max(1.0).log10().floor().clamp(0.0, 8.0) as usize + 1;
-        format!("({value:.significant$e} ± {stderr:.1e}) {unit}")
-    };
-    text.trim_end().to_owned()
 }
 
 /// Sets of laws that cannot be told from the chosen one.

@@ -5,7 +5,7 @@ mod truth;
 use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
 use stillbeam_plant::{Model, Physics, simulate};
 use stillbeam_recording::Recording;
-use truth::Bench;
+use truth::{Bench, SHORT_RUNS};
 
 fn run(bench: Bench, laws: &[Physics], options: &Options, seed: u64) -> Diagnosis {
     let all: Vec<Recording> = bench.short_recordings(laws, 0.0, seed);
@@ -37,6 +37,42 @@ fn single_laws_are_named_with_their_size() {
         let fits = held_out.map(|pooled| pooled.fits.clone()).unwrap();
         assert!(fits.extended.unwrap().rms < 0.5 * fits.refitted_linear.rms, "{fits:?}");
     }
+}
+
+/// Seen at the tip alone, a late sensor and a late drive are the same.
+#[test]
+fn what_cannot_be_told_apart_is_a_tie_with_a_run_that_would_help() {
+    let law = Physics::new("delay", "sensor").with("delay", 0.002);
+    let found = run(Bench::MovedBase, &[law], &Options::default(), 5);
+    assert_eq!(found.verdict, Verdict::Ambiguous, "{}", found.sentence);
+    let tied: Vec<&String> = found.ties.iter().flat_map(|tie| &tie.candidates).flatten().collect();
+    for name in ["delay at sensor", "dead_time at drive"] {
+        assert!(tied.iter().any(|tied| *tied == name), "{name} is not among {tied:?}");
+    }
+    let next = found.next_experiment.unwrap();
+    let words: Vec<&str> = next.split(' ').collect();
+    assert_eq!(words.len(), 6, "{next}");
+    assert_eq!(words[0], "sweep");
+    assert!(words[5].ends_with("mm"), "{next}");
+    assert!(!found.next_experiment_reason.unwrap().is_empty());
+}
+
+#[test]
+fn equal_amplitudes_and_a_hidden_base_are_said() {
+    let bench = Bench::ForcedBase;
+    let run = SHORT_RUNS[0];
+    let all: Vec<Recording> = (0..3)
+        .map(|seed| {
+            let mut recording = bench.record(run, &[], 0.0, seed);
+            recording.columns.retain(|column| column.name != "base_position_m");
+            recording
+        })
+        .collect();
+    let found =
+        diagnose(&bench.wrong_model(), &all[..2], &all[2..], &Options::default(), &mut |_| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+    assert!(found.caps.iter().any(|cap| cap.contains("equally hard")), "{:?}", found.caps);
+    assert!(found.caps.iter().any(|cap| cap.contains("base was not recorded")), "{:?}", found.caps);
 }
 
 #[test]

@@ -30,13 +30,13 @@ pub(crate) fn slope_sentence(
     }
     let (slope, stderr) = line(&points)?;
     let meaning = match slope {
-        s if s < 0.5 => "hardly grows with it, as dry friction, backlash or a disturbance",
+        s if s < 0.75 => "grows less than in proportion to it, as dry friction, backlash or a disturbance",
         s if s < 1.5 => "is in proportion to it, as a linear error, a delay or a missing mode",
         s if s < 2.5 => "grows with its square, as drag or an even stiffness",
         _ => "grows faster than its square, as a cubic stiffness",
     };
     Some(format!(
-        "The mismatch goes with the {slope:.1} ± {stderr:.1} power of the motion's size: it {meaning}."
+        "The mismatch goes with the {slope:.2} ± {stderr:.2} power of the motion's size: it {meaning}."
     ))
 }
 

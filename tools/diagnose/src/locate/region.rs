@@ -27,6 +27,14 @@ pub(crate) fn sentence(surfaces: &[ForceSurface]) -> Option<String> {
             )
         },
     );
+    if surface.static_share < 0.05 {
+        return Some(format!(
+            "A force at {} would explain it, but only {:.0} % of what the smoother makes of it is a function of position and speed: these recordings do not show its shape; {empty} of {} cells were never visited.",
+            surface.location,
+            100.0 * surface.static_share,
+            CELLS * CELLS
+        ));
+    }
     Some(format!(
         "A force at {} of {:.3e} {} rms would explain it, {:.0} % of its power a function of position and speed; {place}; {empty} of {} cells were never visited.",
         surface.location,

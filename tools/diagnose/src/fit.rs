@@ -62,7 +62,8 @@ struct Problem<'p, 'r> {
     stack: &'p Stack<'r>,
     hypothesis: &'p Hypothesis,
     free: &'p [FreeParameter],
-    starts: Vec<Vec<f64>>,
+    /// Fits of the recordings nearby, from whose initial states everything is simulated.
+    near: Vec<RecordFit>,
     /// Directions that other parameters would absorb, over all recordings.
     absorbing: Option<&'p Orthonormal>,
     /// Evaluations that are left: a candidate that wanders along a flat valley is not worth more.
@@ -162,7 +163,7 @@ impl LeastSquares for Problem<'_, '_> {
         let left = |left: usize| left.checked_sub(1);
         self.budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).ok()?;
         let moved = self.moved(search)?;
-        let records = self.stack.evaluate_at(&moved, &self.starts)?;
+        let records = self.stack.evaluate_at(&moved, &self.near)?;
         let mut residuals: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
         if let Some(absorbing) = self.absorbing {
             absorbing.remove_from(&mut residuals);
@@ -222,14 +223,14 @@ pub(crate) fn fit_beside(
     effort: Effort,
 ) -> Option<Fitted> {
     let mut values = start.to_vec();
-    let mut states = settled_states(stack, &hypothesis.with_values(free, start)?, starts)?;
+    let mut near = stack.evaluate(&hypothesis.with_values(free, start)?, starts)?;
     let mut best: Option<Fitted> = None;
     for _ in 0..effort.rounds {
         let problem = Problem {
             stack,
             hypothesis,
             free,
-            starts: states.clone(),
+            near: near.clone(),
             absorbing,
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
@@ -255,7 +256,7 @@ pub(crate) fn fit_beside(
         let settled =
             fitted.hypothesis.is_linear() || (before.is_finite() && gained < 10.0 * effort.tolerance);
         if !settled && effort.rounds > 1 {
-            states = settled_states(stack, &fitted.hypothesis, &fitted.initial_states())?;
+            near = stack.evaluate(&fitted.hypothesis, &fitted.initial_states())?;
         }
         best = Some(fitted);
         if settled {
@@ -263,15 +264,6 @@ pub(crate) fn fit_beside(
         }
     }
     best
-}
-
-/// Initial states to simulate from while parameters are searched.
-fn settled_states(stack: &Stack<'_>, hypothesis: &Hypothesis, starts: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
-    if hypothesis.is_linear() {
-        return Some(starts.to_vec());
-    }
-    let records = stack.evaluate(hypothesis, starts)?;
-    Some(records.into_iter().map(|record| record.initial).collect())
 }
 
 impl Fitted {
@@ -296,7 +288,7 @@ impl Fitted {
             stack,
             hypothesis: &self.hypothesis,
             free: &self.free,
-            starts: self.initial_states(),
+            near: self.records.clone(),
             absorbing: None,
             budget: AtomicUsize::new(0),
             central,

@@ -127,6 +127,11 @@ fn with_zero_input(model: &mut Model, grid: &Recording) -> Option<Recording> {
     Some(grid.clone().with_column(NO_FORCE, vec![0.0; grid.len()]))
 }
 
+/// Number of values that an initial state is made of.
+pub(crate) fn state_count(hypothesis: &Hypothesis) -> Option<usize> {
+    Some(2 * coordinates(&StateSpace::new(&hypothesis.model).ok()?).len())
+}
+
 /// The response of every recorded output to a unit of every initial value, the input being zero: displacement and
 /// velocity of every coordinate in turn, of the linear model.
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {

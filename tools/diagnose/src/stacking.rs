@@ -1,12 +1,13 @@
 //! Residuals of many recordings as one long vector, each output in units of its noise.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
 use crate::record::Record;
-use crate::simulation::{Hypothesis, free_responses, simulate};
+use crate::simulation::{Hypothesis, free_responses, simulate, state_count};
 
 /// What is fitted jointly, and in which unit each output counts.
 #[derive(Debug, Clone)]
@@ -32,7 +33,7 @@ pub(crate) struct RecordFit {
     /// Outputs simulated from `initial`, without offsets, one per recorded output, in the output's unit.
     pub(crate) simulated: Vec<Vec<f64>>,
     /// What the nuisances (offsets, initial state) span, in weighted units.
-    pub(crate) nuisances: Orthonormal,
+    pub(crate) nuisances: Arc<Orthonormal>,
     /// Weighted residuals with the nuisances taken out; outputs one after another.
     pub(crate) residuals: Vec<f64>,
     /// The initial state that was simulated from.
@@ -43,6 +44,8 @@ pub(crate) struct RecordFit {
 const MOST_CORRECTIONS: usize = 4;
 /// ... until the sum of squares changes by less than this many mean squares.
 const SETTLED: f64 = 0.05;
+/// Differences of the state change the outputs by this much, root mean square in units of the noise.
+const STATE_CHANGE: f64 = 0.3;
 /// A start other than rest has to be this many mean squares better.
 const CLEAR: f64 = 10.0;
 
@@ -83,34 +86,23 @@ impl Stack<'_> {
         outputs.flat_map(|(weight, signal)| signal.iter().map(move |value| weight * value)).collect()
     }
 
-    /// One column per state first, then the offsets: where both do the same (an encoder of a base that nothing holds), what
-    /// was read is where the base is.
-    fn nuisance_columns(&self, index: usize, free: &[Vec<Vec<f64>>]) -> Vec<Vec<f64>> {
+    /// What offsets and initial state could change: one column per state first, then the offsets. Where both do the same (an
+    /// encoder of a base that nothing holds), what was read is where the base is.
+    fn nuisances(&self, index: usize, hypothesis: &Hypothesis, initial: &[f64]) -> Option<Arc<Orthonormal>> {
         let record = self.records[index];
-        let constant = |which: usize| {
+        let mut columns: Vec<Vec<f64>> = free_responses(hypothesis, record)?
+            .iter()
+            .map(|response| self.weighted(index, response))
+            .collect();
+        if !hypothesis.is_linear() {
+            columns = self.state_responses(index, hypothesis, initial, columns)?;
+        }
+        for which in 0..record.outputs.len() {
             let outputs = record.outputs.iter().enumerate();
             let signals: Vec<Vec<f64>> =
                 outputs.map(|(k, output)| vec![f64::from(k == which); output.at.len()]).collect();
-            self.weighted(index, &signals)
-        };
-        let offsets = (0..record.outputs.len()).map(constant);
-        free.iter().map(|response| self.weighted(index, response)).chain(offsets).collect()
-    }
-
-    /// One recording under a hypothesis, simulated from `start` exactly; `None` where it cannot be simulated.
-    ///
-    /// The free responses of the linear model are taken out of the residual. Where laws act they are not what a
-    /// correction of the state would really do, so none is made here: the sum of squares stays a smooth function of the
-    /// parameters.
-    fn evaluate_from(
-        &self,
-        index: usize,
-        hypothesis: &Hypothesis,
-        start: &[f64],
-    ) -> Option<(RecordFit, Vec<f64>)> {
-        let record = self.records[index];
-        let free = free_responses(hypothesis, record)?;
-        let columns = self.nuisance_columns(index, &free);
+            columns.push(self.weighted(index, &signals));
+        }
         let mut nuisances = Orthonormal::default();
         for column in columns {
             if !column.iter().all(|value| value.is_finite()) {
@@ -118,7 +110,54 @@ impl Stack<'_> {
             }
             nuisances.push(column);
         }
-        let mut initial: Vec<f64> = (0..free.len()).map(|s| start.get(s).copied().unwrap_or(0.0)).collect();
+        Some(Arc::new(nuisances))
+    }
+
+    /// What the initial state changes where laws act, by differences as large as a few tenths of the noise; `linear` are the
+    /// responses of the linear model, which say how much state that is.
+    fn state_responses(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        initial: &[f64],
+        linear: Vec<Vec<f64>>,
+    ) -> Option<Vec<Vec<f64>>> {
+        let hypothesis = hypothesis.unrounded().unwrap_or_else(|| hypothesis.clone());
+        let base = self.prediction(index, &hypothesis, initial)?;
+        let count = base.len().max(1) as f64;
+        linear
+            .into_iter()
+            .enumerate()
+            .map(|(state, response)| {
+                let rms = (dot(&response, &response) / count).sqrt();
+                if !(rms.is_finite() && rms > 0.0) {
+                    return Some(response);
+                }
+                let step = STATE_CHANGE / rms;
+                let mut moved = initial.to_vec();
+                moved.resize(moved.len().max(state + 1), 0.0);
+                moved[state] += step;
+                let mut change = self.prediction(index, &hypothesis, &moved)?;
+                add_scaled(&mut change, -1.0, &base);
+                change.iter_mut().for_each(|value| *value /= step);
+                Some(change)
+            })
+            .collect()
+    }
+
+    /// One recording under a hypothesis, simulated from `start`; `None` where it cannot be simulated. What initial states and
+    /// offsets could change is taken out of the residual; the corrections of the state that this amounts to are returned
+    /// where laws act, and made where the model is linear and they are exact.
+    fn evaluate_from(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+        nuisances: &Arc<Orthonormal>,
+    ) -> Option<(RecordFit, Vec<f64>)> {
+        let record = self.records[index];
+        let states = start.len();
+        let mut initial = start.to_vec();
         let mut simulated = simulate(hypothesis, record, &initial)?;
         let mut residuals = self.departure(index, &simulated);
         if !residuals.iter().all(|value| value.is_finite()) {
@@ -126,9 +165,9 @@ impl Stack<'_> {
         }
         let components = nuisances.remove_from(&mut residuals);
         let mut corrections = nuisances.coefficients(&components);
-        corrections.truncate(free.len());
+        corrections.truncate(states);
         if hypothesis.is_linear() {
-            // A linear plant is corrected exactly.
+            let free = free_responses(hypothesis, record)?;
             for (response, factor) in free.iter().zip(&corrections) {
                 for (signal, part) in simulated.iter_mut().zip(response) {
                     add_scaled(signal, *factor, part);
@@ -137,16 +176,20 @@ impl Stack<'_> {
             add_scaled(&mut initial, 1.0, &corrections);
             corrections.fill(0.0);
         }
-        Some((RecordFit { simulated, nuisances, residuals, initial }, corrections))
+        Some((RecordFit { simulated, nuisances: Arc::clone(nuisances), residuals, initial }, corrections))
     }
 
     /// The same from the likeliest state: from rest or from the one given, each corrected as the linear model says.
     fn evaluate_record(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
+        let start: Vec<f64> =
+            (0..state_count(hypothesis)?).map(|state| start.get(state).copied().unwrap_or(0.0)).collect();
+        let start = &start[..];
         if hypothesis.is_linear() {
-            return self.evaluate_from(index, hypothesis, start).map(|(fit, _)| fit);
+            let nuisances = self.nuisances(index, hypothesis, start)?;
+            return self.evaluate_from(index, hypothesis, start, &nuisances).map(|(fit, _)| fit);
         }
         let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
-        let rest = self.corrected_from(index, hypothesis, &[]);
+        let rest = self.corrected_from(index, hypothesis, &vec![0.0; start.len()]);
         if start.iter().all(|value| *value == 0.0) {
             return rest;
         }
@@ -163,11 +206,12 @@ impl Stack<'_> {
     /// From a state, corrected a few times; the best that was met.
     fn corrected_from(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
         let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
-        let (mut best, mut corrections) = self.evaluate_from(index, hypothesis, start)?;
+        let nuisances = self.nuisances(index, hypothesis, start)?;
+        let (mut best, mut corrections) = self.evaluate_from(index, hypothesis, start, &nuisances)?;
         let mut last = best.initial.clone();
         for _ in 0..MOST_CORRECTIONS {
             let moved: Vec<f64> = last.iter().zip(&corrections).map(|(state, c)| state + c).collect();
-            let Some((fit, next)) = self.evaluate_from(index, hypothesis, &moved) else { break };
+            let Some((fit, next)) = self.evaluate_from(index, hypothesis, &moved, &nuisances) else { break };
             (corrections, last) = (next, fit.initial.clone());
             // A correction may change nothing but what a law sees of the position: the later state is the better founded.
             let square = power(&best) / best.residuals.len().max(1) as f64;
@@ -191,12 +235,17 @@ impl Stack<'_> {
             .collect()
     }
 
-    /// The same from exactly these initial states.
-    pub(crate) fn evaluate_at(&self, hypothesis: &Hypothesis, starts: &[Vec<f64>]) -> Option<Vec<RecordFit>> {
-        let start = |index: usize| starts.get(index).map_or(&[][..], Vec::as_slice);
+    /// The same from exactly the initial states of fits nearby, with what those could change.
+    pub(crate) fn evaluate_at(&self, hypothesis: &Hypothesis, near: &[RecordFit]) -> Option<Vec<RecordFit>> {
         (0..self.records.len())
             .into_par_iter()
-            .map(|index| self.evaluate_from(index, hypothesis, start(index)).map(|(fit, _)| fit))
+            .map(|index| {
+                let near = &near[index];
+                if hypothesis.is_linear() {
+                    return self.evaluate_record(index, hypothesis, &near.initial);
+                }
+                self.evaluate_from(index, hypothesis, &near.initial, &near.nuisances).map(|(fit, _)| fit)
+            })
             .collect()
     }
 

@@ -128,8 +128,13 @@ impl Search<'_> {
                 continue;
             }
             let chosen = &selection.chosen;
-            // What needs more parameters to do as well is no rival.
-            let as_simple = other.member.fitted.free.len() <= chosen.fitted.free.len();
+            // A law that contains the chosen one always does as well, and is no rival for it.
+            let ids = |member: &Member| {
+                member.laws.iter().map(|law| self.candidates[*law].law.id()).collect::<Vec<&str>>()
+            };
+            let (theirs, ours) = (ids(&other.member), ids(chosen));
+            let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
+            let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
             let close = |member: &Member| self.better_by(member, chosen) < self.options.separation;
             if other.passes() && as_simple {
                 let member = self.finished(other.member.clone());
@@ -140,5 +145,15 @@ impl Search<'_> {
             selection.tried.retain(|known| known.candidate != other.candidate);
             selection.tried.push(other);
         }
+    }
+}
+
+/// Whether one law is another at the end of its range.
+fn contains(rich: &str, simple: &str) -> bool {
+    match simple {
+        "coulomb_friction" => ["stribeck_friction", "asymmetric_friction", "hysteresis"].contains(&rich),
+        "constant_force" => ["asymmetric_friction", "cogging"].contains(&rich),
+        "cable_spring" => ["hysteresis", "cogging", "bilinear_stiffness"].contains(&rich),
+        _ => false,
     }
 }

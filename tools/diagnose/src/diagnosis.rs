@@ -6,6 +6,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::Adequacy;
+use crate::comparison::{Compared, compare, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::intervals::standard_errors;
@@ -22,7 +23,7 @@ use crate::result::{
     SCHEMA_VERSION, Verdict,
 };
 use crate::simulation::Hypothesis;
-use crate::study::{Compared, OnAll, Study, compare, settle};
+use crate::study::{OnAll, Study};
 use crate::verdict::{effects, rows, ties, verdict};
 use crate::wording::sizes;
 

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | recordings are checked against the model and made ready | `record`, `outliers`, `study` |
 //! | what no model may explain is estimated | `noise` |
-//! | the model is fitted by the error of its simulation, offsets and initial states solved for inside | `stacking`, `fit`, `parameters` |
+//! | the model is fitted by the error of its simulation, offsets and initial states solved for inside | `stacking`, `fit`, `refit`, `parameters` |
 //! | standard errors hold under coloured noise | `intervals`, `statistics` |
 //! | what is left is tested | `adequacy` |
 //! | and located: link, time, frequency, order, amplitude, latent force over position and speed | `locate` |
@@ -16,6 +16,8 @@
 //! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
+mod caps;
+mod comparison;
 mod controls;
 mod diagnosis;
 mod error;
@@ -30,7 +32,9 @@ mod outliers;
 mod parameters;
 mod quality;
 mod record;
+mod refit;
 mod result;
+mod ringing;
 mod simulation;
 mod stacking;
 mod statistics;

@@ -44,6 +44,8 @@ pub(crate) struct RecordFit {
 const MOST_CORRECTIONS: usize = 4;
 /// ... until the sum of squares changes by less than this many mean squares.
 const SETTLED: f64 = 0.05;
+/// Share of an offset's power that no initial state makes, from which it counts as an offset.
+const OWN: f64 = 1e-6;
 /// Differences of the state change the outputs by this much, root mean square in units of the noise.
 const STATE_CHANGE: f64 = 0.3;
 /// A start other than rest has to be this many mean squares better.
@@ -89,11 +91,23 @@ impl Stack<'_> {
     /// What offsets and initial state could change: one column per state first, then the offsets. Where both do the same (an
     /// encoder of a base that nothing holds), what was read is where the base is.
     fn nuisances(&self, index: usize, hypothesis: &Hypothesis, initial: &[f64]) -> Option<Arc<Orthonormal>> {
+        let responses = free_responses(hypothesis, self.records[index])?;
+        self.nuisances_of(index, hypothesis, initial, &responses)
+    }
+
+    /// The same from the linear model's free responses.
+    fn nuisances_of(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        initial: &[f64],
+        responses: &[Vec<Vec<f64>>],
+    ) -> Option<Arc<Orthonormal>> {
         let record = self.records[index];
-        let mut columns: Vec<Vec<f64>> = free_responses(hypothesis, record)?
-            .iter()
-            .map(|response| self.weighted(index, response))
-            .collect();
+        let mut columns: Vec<Vec<f64>> =
+            responses.iter().map(|response| self.weighted(index, response)).collect();
+        let mut linear = Orthonormal::default();
+        columns.iter().for_each(|column| linear.push(column.clone()));
         if !hypothesis.is_linear() {
             columns = self.state_responses(index, hypothesis, initial, columns)?;
         }
@@ -101,7 +115,13 @@ impl Stack<'_> {
             let outputs = record.outputs.iter().enumerate();
             let signals: Vec<Vec<f64>> =
                 outputs.map(|(k, output)| vec![f64::from(k == which); output.at.len()]).collect();
-            columns.push(self.weighted(index, &signals));
+            let offset = self.weighted(index, &signals);
+            let mut own = offset.clone();
+            linear.remove_from(&mut own);
+            // Judged by the linear model: beside a force that depends on position an offset would be its phase.
+            if dot(&own, &own) > OWN * dot(&offset, &offset) {
+                columns.push(offset);
+            }
         }
         let mut nuisances = Orthonormal::default();
         for column in columns {
@@ -146,8 +166,7 @@ impl Stack<'_> {
     }
 
     /// One recording under a hypothesis, simulated from `start`; `None` where it cannot be simulated. What initial states and
-    /// offsets could change is taken out of the residual; the corrections of the state that this amounts to are returned
-    /// where laws act, and made where the model is linear and they are exact.
+    /// offsets could change is taken out of the residual; the corrections of the state that this amounts to are returned.
     fn evaluate_from(
         &self,
         index: usize,
@@ -157,8 +176,8 @@ impl Stack<'_> {
     ) -> Option<(RecordFit, Vec<f64>)> {
         let record = self.records[index];
         let states = start.len();
-        let mut initial = start.to_vec();
-        let mut simulated = simulate(hypothesis, record, &initial)?;
+        let initial = start.to_vec();
+        let simulated = simulate(hypothesis, record, &initial)?;
         let mut residuals = self.departure(index, &simulated);
         if !residuals.iter().all(|value| value.is_finite()) {
             return None;
@@ -166,16 +185,6 @@ impl Stack<'_> {
         let components = nuisances.remove_from(&mut residuals);
         let mut corrections = nuisances.coefficients(&components);
         corrections.truncate(states);
-        if hypothesis.is_linear() {
-            let free = free_responses(hypothesis, record)?;
-            for (response, factor) in free.iter().zip(&corrections) {
-                for (signal, part) in simulated.iter_mut().zip(response) {
-                    add_scaled(signal, *factor, part);
-                }
-            }
-            add_scaled(&mut initial, 1.0, &corrections);
-            corrections.fill(0.0);
-        }
         Some((RecordFit { simulated, nuisances: Arc::clone(nuisances), residuals, initial }, corrections))
     }
 
@@ -185,8 +194,17 @@ impl Stack<'_> {
             (0..state_count(hypothesis)?).map(|state| start.get(state).copied().unwrap_or(0.0)).collect();
         let start = &start[..];
         if hypothesis.is_linear() {
-            let nuisances = self.nuisances(index, hypothesis, start)?;
-            return self.evaluate_from(index, hypothesis, start, &nuisances).map(|(fit, _)| fit);
+            let responses = free_responses(hypothesis, self.records[index])?;
+            let nuisances = self.nuisances_of(index, hypothesis, start, &responses)?;
+            let (mut fit, corrections) = self.evaluate_from(index, hypothesis, start, &nuisances)?;
+            // A linear model is corrected exactly.
+            for (response, factor) in responses.iter().zip(&corrections) {
+                for (signal, part) in fit.simulated.iter_mut().zip(response) {
+                    add_scaled(signal, *factor, part);
+                }
+            }
+            add_scaled(&mut fit.initial, 1.0, &corrections);
+            return Some(fit);
         }
         let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
         let rest = self.corrected_from(index, hypothesis, &vec![0.0; start.len()]);

@@ -6,10 +6,8 @@ use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Series, adequacy};
 use crate::error::DiagnoseError;
-use crate::fit::{Fitted, refit, refit_from};
-use crate::noise::{NoiseFloor, OutputResidual, noise_floor, spectra};
+use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
-use crate::parameters::{FreeParameter, free_parameters};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
@@ -72,41 +70,6 @@ impl Study {
         study.find_held_out(model, train)?;
         study.find_caps(model);
         Ok(study)
-    }
-
-    /// What these recordings cannot decide, whatever is found in them.
-    fn find_caps(&mut self, model: &Model) {
-        let reaches: Vec<f64> = self
-            .train
-            .iter()
-            .chain(&self.held_out)
-            .filter_map(|record| match &record.input {
-                Some(input) => Some(reach(input)),
-                None => record.outputs.first().map(|output| reach(&output.samples)),
-            })
-            .collect();
-        let most = reaches.iter().copied().fold(0.0, f64::max);
-        self.one_amplitude = reaches.iter().all(|reach| *reach > SAME_AMPLITUDE * most);
-        if self.one_amplitude && reaches.len() > 1 {
-            self.caps.push(
-                "all recordings were driven equally hard: how an effect grows with amplitude is seen only within them; \
-                 record a run at another amplitude"
-                    .to_owned(),
-            );
-        }
-        let has_base = matches!(model, Model::BeamOnBase(_) | Model::Modal(_))
-            && model.input().is_some_and(|input| input.column != "base_position_m");
-        let sees_base = self
-            .train
-            .iter()
-            .any(|record| record.outputs.iter().any(|output| output.column == "base_position_m"));
-        if has_base && !sees_base {
-            self.caps.push(
-                "the base was not recorded: what the drive does cannot be told from what the base does, nor a late drive from a \
-                 late sensor; record base_position_m"
-                    .to_owned(),
-            );
-        }
     }
 
     /// Without held-out recordings the last training one is held out, or half of the only one.
@@ -188,7 +151,7 @@ impl Study {
     }
 
     /// Refuses outputs whose size is out of all proportion to what the model computes from rest.
-    fn check_units(&self, given: &Hypothesis) -> Result<(), DiagnoseError> {
+    pub(crate) fn check_units(&self, given: &Hypothesis) -> Result<(), DiagnoseError> {
         // A body that nothing holds may drift anywhere.
         if self.slowest_hz.is_none() || given.model.input().is_none() {
             return Ok(());
@@ -265,39 +228,6 @@ impl Study {
         pairs.into_iter().any(|(now, before)| now.rms < 0.85 * before.rms)
     }
 
-    /// Frequencies at which the residual of a model rings, strongest first; at most four.
-    pub(crate) fn peaks_hz(&self, on_all: &OnAll) -> Vec<f64> {
-        let mut peaks: Vec<(f64, f64)> = Vec::new();
-        for output in 0..self.weights.len() {
-            for part in self.parts(on_all, output) {
-                let rate_hz = part.record.rate_hz(part.output);
-                let length = (part.residual.len() / 2).next_power_of_two() / 2;
-                let windows = spectra(&part.residual, length.max(4));
-                let bins = windows.first().map_or(0, Vec::len);
-                let mean: Vec<f64> = (0..bins)
-                    .map(|bin| {
-                        windows.iter().map(|window| window[bin]).sum::<f64>() * self.weights[output].powi(2)
-                    })
-                    .collect();
-                for bin in 2..bins.saturating_sub(2) {
-                    let around = 0.25 * (mean[bin - 2] + mean[bin - 1] + mean[bin + 1] + mean[bin + 2]);
-                    if mean[bin] > mean[bin - 1] && mean[bin] >= mean[bin + 1] && mean[bin] > 2.0 * around {
-                        let offset = peak_offset(mean[bin - 1], mean[bin], mean[bin + 1]);
-                        peaks.push((mean[bin], (bin as f64 + offset) * rate_hz / length as f64));
-                    }
-                }
-            }
-        }
-        peaks.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut chosen: Vec<f64> = Vec::new();
-        for (_, hz) in peaks {
-            if chosen.len() < 4 && chosen.iter().all(|other| (hz / other - 1.0).abs() > 0.02) {
-                chosen.push(hz);
-            }
-        }
-        chosen
-    }
-
     /// The tests of every output of every recording, training first.
     pub(crate) fn adequacies(&self, on_all: &OnAll, floors: &[Option<NoiseFloor>]) -> Vec<(Role, Adequacy)> {
         let mut tests = Vec::new();
@@ -343,61 +273,11 @@ impl Study {
     }
 }
 
-/// Recordings within this share of the largest count as driven equally hard.
-const SAME_AMPLITUDE: f64 = 0.8;
-
 /// A recorded output this many times larger or smaller than simulated is in another unit.
 const UNIT: f64 = 200.0;
 
 /// Root mean square about the mean.
-fn reach(samples: &[f64]) -> f64 {
+pub(crate) fn reach(samples: &[f64]) -> f64 {
     let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
     (samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len().max(1) as f64).sqrt()
-}
-
-/// Offset of a peak from its highest bin, from the parabola through the logarithms.
-fn peak_offset(left: f64, middle: f64, right: f64) -> f64 {
-    let (l, m, r) = (left.max(1e-300).ln(), middle.max(1e-300).ln(), right.max(1e-300).ln());
-    let curvature = l - 2.0 * m + r;
-    if curvature < 0.0 { (0.5 * (l - r) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
-}
-
-/// The given model and its refit, on all recordings.
-pub(crate) struct Compared {
-    pub(crate) given: OnAll,
-    pub(crate) refitted: Fitted,
-    pub(crate) refitted_on_all: OnAll,
-    pub(crate) floors: Vec<Option<NoiseFloor>>,
-    /// Paths of parameters that the recordings cannot determine.
-    pub(crate) undetermined: Vec<String>,
-}
-
-/// Given and refitted model: outputs weighted by their noise, outliers set aside.
-pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared, DiagnoseError> {
-    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
-    study.check_units(given)?;
-    let given_on_all = study.on_all(given, &[], &[])?;
-    study.weigh_by(&given_on_all);
-    let (first, _) = refit(&study.stack(Role::Train), given, &candidates)?;
-    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
-    study.clean(&first_on_all);
-    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
-    let floors = study.floors(&first_on_all);
-    settle(study, given, &first, floors)
-}
-
-/// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an output whose
-/// noise is smaller than thought shows more of them. `before` is where the search starts.
-pub(crate) fn settle(
-    study: &mut Study,
-    given: &Hypothesis,
-    before: &Fitted,
-    floors: Vec<Option<NoiseFloor>>,
-) -> Result<Compared, DiagnoseError> {
-    study.weigh_by_floors(&floors);
-    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
-    let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
-    let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
-    let given = study.on_all(given, &[], &[])?;
-    Ok(Compared { given, refitted, refitted_on_all, floors, undetermined })
 }

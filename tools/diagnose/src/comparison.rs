@@ -1,0 +1,51 @@
+//! The given model and its refit on all recordings, outputs weighted by their noise.
+
+use stillbeam_recording::Role;
+
+use crate::error::DiagnoseError;
+use crate::fit::Fitted;
+use crate::noise::NoiseFloor;
+use crate::parameters::{FreeParameter, free_parameters};
+use crate::refit::{refit, refit_from};
+use crate::simulation::Hypothesis;
+use crate::study::{OnAll, Study};
+
+/// The given model and its refit, on all recordings.
+pub(crate) struct Compared {
+    pub(crate) given: OnAll,
+    pub(crate) refitted: Fitted,
+    pub(crate) refitted_on_all: OnAll,
+    pub(crate) floors: Vec<Option<NoiseFloor>>,
+    /// Paths of parameters that the recordings cannot determine.
+    pub(crate) undetermined: Vec<String>,
+}
+
+/// Given and refitted model: outputs weighted by their noise, outliers set aside.
+pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared, DiagnoseError> {
+    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    study.check_units(given)?;
+    let given_on_all = study.on_all(given, &[], &[])?;
+    study.weigh_by(&given_on_all);
+    let (first, _) = refit(&study.stack(Role::Train), given, &candidates)?;
+    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
+    study.clean(&first_on_all);
+    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
+    let floors = study.floors(&first_on_all);
+    settle(study, given, &first, floors)
+}
+
+/// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an output whose
+/// noise is smaller than thought shows more of them. `before` is where the search starts.
+pub(crate) fn settle(
+    study: &mut Study,
+    given: &Hypothesis,
+    before: &Fitted,
+    floors: Vec<Option<NoiseFloor>>,
+) -> Result<Compared, DiagnoseError> {
+    study.weigh_by_floors(&floors);
+    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
+    let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
+    let given = study.on_all(given, &[], &[])?;
+    Ok(Compared { given, refitted, refitted_on_all, floors, undetermined })
+}

@@ -99,7 +99,10 @@ pub fn diagnose(
     };
     let columns = model.output_columns();
     let samples = study.stack(Role::Train).present() as f64;
-    let verdict = verdict(&selection, refit_adequate, is_adequate(&final_tests, options));
+    let before = compared.refitted.sum_of_squares;
+    let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
+    let rest_is_noise = is_adequate(&final_tests, options);
+    let verdict = verdict(&selection, refit_adequate, rest_is_noise, explained_share);
     let effects = effects(&selection, &candidates, samples);
     let models = [&compared.given, &compared.refitted_on_all];
     let fit = fits(&study, &columns, models, extended.as_ref(), &floors);

@@ -12,14 +12,23 @@ use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie
 use crate::statistics::distributions::two_sided_normal;
 use crate::wording::with_error;
 
-/// The verdict from what was found and whether only noise is left.
-pub(crate) fn verdict(selection: &Selection, refit_adequate: bool, rest_is_noise: bool) -> Verdict {
+/// Share of what noise does not explain that tied laws have to take away to be called tied where something is left.
+const MOST_OF_IT: f64 = 0.95;
+
+/// The verdict from what was found, whether only noise is left, and the share that was taken off what noise does not explain.
+pub(crate) fn verdict(
+    selection: &Selection,
+    refit_adequate: bool,
+    rest_is_noise: bool,
+    explained_share: f64,
+) -> Verdict {
     if selection.chosen.laws.is_empty() {
         return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
     }
     match (rest_is_noise, selection.rivals.is_empty()) {
         (true, true) => Verdict::Explained,
         (true, false) => Verdict::Ambiguous,
+        (false, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
         (false, true) => Verdict::Improved,
         // Several laws each take a part of it away and none takes all: none of them is it.
         (false, false) => Verdict::Unexplained,

@@ -96,6 +96,7 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
             String::new()
         }
     )?;
+    text.push_str("Why, case by case, as far as it is known: [causes](proof_causes.md).\n\n");
     let never: Vec<String> = by_law(scores)
         .into_iter()
         .filter(|(law, _)| in_catalogue(law))
@@ -111,7 +112,7 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
         .map(|score| format!("{}: {} for {}", score.number, names(&score.named), there(score)))
         .collect();
     if !wrong.is_empty() {
-        writeln!(text, "Wrong names, by case:\n\n- {}\n", wrong.join("\n- "))?;
+        writeln!(text, "\nWrong names, by case:\n\n- {}", wrong.join("\n- "))?;
     }
     Ok(())
 }

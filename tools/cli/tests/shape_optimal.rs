@@ -24,6 +24,12 @@ fn the_boxes_of_a_file_are_what_is_solved_for() {
     let printed = accepted(&["shape", "--optimal", "--box", &modes, "--json", &table, "--report", &report]);
     assert!(printed.contains("2 standard errors") && printed.contains("proof"), "{printed}");
     let design = json(&std::fs::read_to_string(&table).unwrap());
+    let page = std::fs::read_to_string(&report).unwrap();
+    for part in
+        ["Residual against duration", "Beside the others", "zvddd", "si:0.02", "Taps of zvd", "instructions"]
+    {
+        assert!(page.contains(part), "{part}");
+    }
     let boxes = &design["optimal"]["modes"];
     assert_eq!(boxes[0]["frequency_hz"], json("[1.05, 1.12]"));
     // Without a box in the file, two standard errors either way.

@@ -7,8 +7,8 @@ use crate::shaping::Candidate;
 
 /// Points of a curve over frequency.
 const POINTS: u32 = 400;
-/// Points of the curve against duration.
-const DURATIONS: u32 = 44;
+/// Points of the curve against duration, for up to two modes and for more, which take longer to solve for.
+const DURATIONS: (u32, u32) = (44, 18);
 /// Residuals below this, in per cent, are drawn there: integers and exact zeros have no place on a logarithmic axis.
 const FLOOR_PERCENT: f64 = 1e-3;
 
@@ -57,8 +57,9 @@ pub fn pareto_chart(
     let longest_s = all().map(|candidate| candidate.table.duration_s()).fold(0.0, f64::max);
     let slowest_hz = boxes.iter().map(ModeBox::nominal_hz).fold(f64::INFINITY, f64::min);
     let first_s = (0.25 / slowest_hz).min(longest_s);
-    let durations_s: Vec<f64> = (0..=DURATIONS)
-        .map(|point| first_s + (longest_s - first_s) * f64::from(point) / f64::from(DURATIONS))
+    let points = if boxes.len() <= 2 { DURATIONS.0 } else { DURATIONS.1 };
+    let durations_s: Vec<f64> = (0..=points)
+        .map(|point| first_s + (longest_s - first_s) * f64::from(point) / f64::from(points))
         .collect();
     let request =
         OptimalRequest { modes: boxes.to_vec(), rate_hz, tolerance, negative_limit: 0.0, longest_s: None };

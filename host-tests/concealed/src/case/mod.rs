@@ -1,5 +1,6 @@
 //! Sealed cases: a machine, what is left out of its model, how it was excited, and how well the effect is concealed.
 
+mod conceal;
 pub mod draw_machine;
 pub mod draw_runs;
 pub mod files;

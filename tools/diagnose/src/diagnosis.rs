@@ -103,7 +103,10 @@ pub fn diagnose(
     let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
     let rest_is_noise = is_adequate(&final_tests, options);
     let verdict = verdict(&selection, refit_adequate, rest_is_noise, explained_share);
-    let effects = effects(&selection, &candidates, samples);
+    // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
+    let explains = verdict != Verdict::Unexplained;
+    let extended = extended.filter(|_| explains);
+    let effects = if explains { effects(&selection, &candidates, samples) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
     let fit = fits(&study, &columns, models, extended.as_ref(), &floors);
     let promising: Vec<&Screened> =
@@ -113,8 +116,8 @@ pub fn diagnose(
         verdict,
         sentence: sentence(verdict, &effects, &fit),
         caps: study.caps.clone(),
-        ties: ties(&selection, &candidates),
-        candidates: rows(&selection, &candidates, options.training_gate),
+        ties: if explains { ties(&selection, &candidates) } else { Vec::new() },
+        candidates: rows(&selection, &candidates, options.training_gate, explains),
         confusability: Confusability {
             candidates: promising.iter().map(|s| candidates[s.candidate].name()).collect(),
             cosine: cosines(&promising),
@@ -131,7 +134,7 @@ pub fn diagnose(
         residual_tests: ResidualTests {
             odd_distortion_db: located.as_ref().and_then(|located| located.odd_db),
             even_distortion_db: located.as_ref().and_then(|located| located.even_db),
-            ..pooled_tests(&final_tests)
+            ..pooled_tests(if extended.is_some() { &final_tests } else { &tests })
         },
         set_aside: study.set_aside.clone(),
         controls: None,

@@ -126,8 +126,13 @@ pub(crate) fn ties(selection: &Selection, candidates: &[Candidate]) -> Vec<Tie> 
 /// Standard errors at which a law counts as seen.
 const DETECTED: f64 = 5.0;
 
-/// Every candidate with what became of it.
-pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64) -> Vec<CandidateRow> {
+/// Every candidate with what became of it; `explains`: whether those chosen are a finding.
+pub(crate) fn rows(
+    selection: &Selection,
+    candidates: &[Candidate],
+    gate_t: f64,
+    explains: bool,
+) -> Vec<CandidateRow> {
     let model = &selection.chosen.fitted.hypothesis.model;
     let mut rows: Vec<CandidateRow> = selection
         .screened
@@ -136,7 +141,8 @@ pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64)
             let candidate = &candidates[screened.candidate];
             let of = |tried: &&Tried| tried.candidate == screened.candidate;
             let tried = selection.judged.iter().find(of).or_else(|| selection.tried.iter().find(of));
-            let gates = tried.map_or_else(
+            let chosen = selection.chosen.laws.contains(&screened.candidate);
+            let mut gates = tried.map_or_else(
                 || {
                     vec![Gate {
                         name: "screen".to_owned(),
@@ -150,6 +156,13 @@ pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64)
                 },
                 |tried| tried.gates.clone(),
             );
+            if chosen && !explains {
+                gates.push(Gate {
+                    name: "sufficient".to_owned(),
+                    passed: false,
+                    detail: "takes a part of it away, as others do, and none takes all".to_owned(),
+                });
+            }
             CandidateRow {
                 id: candidate.law.id().to_owned(),
                 location: candidate.location.clone(),
@@ -162,7 +175,7 @@ pub(crate) fn rows(selection: &Selection, candidates: &[Candidate], gate_t: f64)
                 training_t: tried.map(|tried| tried.training.t()),
                 held_out_z: tried.and_then(|tried| tried.held_out).map(|held_out| held_out.z),
                 gates,
-                named: selection.chosen.laws.contains(&screened.candidate),
+                named: chosen && explains,
             }
         })
         .collect();

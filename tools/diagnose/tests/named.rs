@@ -9,7 +9,18 @@ use truth::{Bench, SHORT_RUNS};
 
 fn run(bench: Bench, laws: &[Physics], options: &Options, seed: u64) -> Diagnosis {
     let all: Vec<Recording> = bench.short_recordings(laws, 0.0, seed);
-    diagnose(&bench.wrong_model(), &all[..2], &all[2..], options, &mut |_| {}).unwrap()
+    let found = diagnose(&bench.wrong_model(), &all[..2], &all[2..], options, &mut |_| {}).unwrap();
+    says_one_thing(&found);
+    found
+}
+
+/// A verdict that names nothing comes with no effect, no tie, no named candidate and no extended model; any other with all.
+fn says_one_thing(found: &Diagnosis) {
+    let names = !matches!(found.verdict, Verdict::Adequate | Verdict::Unexplained);
+    assert_eq!(!found.effects.is_empty(), names, "{}", found.sentence);
+    assert_eq!(found.extended_model.is_some(), names, "{}", found.sentence);
+    assert!(names || found.ties.is_empty(), "{:?}", found.ties);
+    assert_eq!(found.candidates.iter().filter(|row| row.named).count(), found.effects.len());
 }
 
 fn named(found: &Diagnosis) -> Vec<String> {

@@ -106,6 +106,11 @@ fn edits_to(bytes: &[u8], line: &str) -> bool {
     bytes.iter().any(|byte| matches!(editor.feed(*byte, &mut echo), Some(Ok(edited)) if edited == line))
 }
 
+/// Whether only the case of the checksum's digits differs: it is the same number over the very command.
+fn same_checksum(sent: &[u8], line: &str, command: &str) -> bool {
+    sent.starts_with(command.as_bytes()) && sent.eq_ignore_ascii_case(line.as_bytes())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
 
@@ -131,6 +136,7 @@ proptest! {
         let line = with_checksum(command);
         let sent = damaged(&line, &damages);
         prop_assume!(!edits_to(&[&sent[..], b"\r"].concat(), &line));
+        prop_assume!(!same_checksum(&sent, &line, command));
         BENCH.with_borrow_mut(|bench| {
             let before = state(bench);
             let reply = bench.send_bytes(&[&sent[..], b"\r"].concat());

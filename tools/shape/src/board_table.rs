@@ -10,6 +10,7 @@ use stillbeam_firmware::units::TickRate;
 use crate::checksum::Crc32;
 use crate::design::{SCHEMA_VERSION, TapEntry};
 use crate::error::{TableFileError, TableProblem};
+use crate::table_text::read_table;
 
 /// A table to be uploaded. Files of `stillbeam shape --json` have more in them, which is passed over; a flat table has
 /// one stage with all its taps, negative weights included.
@@ -41,11 +42,7 @@ impl BoardTable {
     /// # Errors
     /// [`TableFileError`] names the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, TableFileError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::from_json(&file, &text),
-            Err(error) => Err(TableFileError { file, problem: TableProblem::Io(error) }),
-        }
+        read_table(path, Self::from_json)
     }
 
     /// Reads and checks the text of a table; `file` is what messages call it.

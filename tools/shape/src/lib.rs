@@ -39,6 +39,7 @@ mod optimal;
 mod residual;
 mod stage_type;
 mod table_file;
+mod table_text;
 mod whole_move;
 
 pub use accident::{HarmonicAccident, harmonic_accidents};

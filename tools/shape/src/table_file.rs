@@ -9,6 +9,7 @@ use stillbeam_firmware::units::TickRate;
 use crate::checksum::Crc32;
 use crate::design::{SCHEMA_VERSION, ShaperDesign, StageEntry, design_table, runnable};
 use crate::error::{ShapeError, TableFileError, TableProblem};
+use crate::table_text::read_table;
 
 impl ShaperDesign {
     /// Reads and checks a table file.
@@ -16,11 +17,7 @@ impl ShaperDesign {
     /// # Errors
     /// [`TableFileError`] names the file and what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, TableFileError> {
-        let file = path.display().to_string();
-        match std::fs::read_to_string(path) {
-            Ok(text) => Self::from_json(&file, &text),
-            Err(error) => Err(TableFileError { file, problem: TableProblem::Io(error) }),
-        }
+        read_table(path, Self::from_json)
     }
 
     /// Reads and checks the text of a table; `file` is what messages call it.

@@ -285,8 +285,11 @@ impl OutputNumbers {
                 values.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
             if count > 0.0 { Some(f64::sqrt(sum / count)) } else { None }
         };
-        let pairs =
-            || recorded.into_iter().flatten().zip(simulated).filter(|(recorded, _)| !recorded.is_nan());
+        // An empty cell of a recording is not a number: a missed frame, or a sensor slower than the rows.
+        let pairs = || {
+            let rows = recorded.into_iter().flatten().zip(simulated);
+            rows.filter(|(recorded, simulated)| !recorded.is_nan() && !simulated.is_nan())
+        };
         let count = pairs().count().max(1) as f64;
         let mean = pairs().map(|(recorded, _)| recorded).sum::<f64>() / count;
         let rms_error = rms(&mut pairs().map(|(recorded, simulated)| simulated - recorded));
@@ -295,7 +298,7 @@ impl OutputNumbers {
             column,
             lowest: simulated.iter().copied().fold(f64::INFINITY, f64::min),
             highest: simulated.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-            rms: rms(&mut simulated.iter().copied()).unwrap_or(0.0),
+            rms: rms(&mut simulated.iter().copied().filter(|value| !value.is_nan())).unwrap_or(0.0),
             rms_error,
             nrmse: rms_error
                 .zip(spread)
@@ -322,4 +325,18 @@ fn write(path: &Path, recording: &Recording, streams: &mut Streams<'_>) -> Resul
     write_csv(path, recording)?;
     streams.say(&format!("wrote {}", path.display()));
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn empty_cells_do_not_count() {
+        let simulated = [3.0, f64::NAN, -3.0, 5.0];
+        let numbers = OutputNumbers::new("tip".into(), &simulated[..3], None);
+        assert_eq!((numbers.lowest, numbers.highest, numbers.rms), (-3.0, 3.0, 3.0));
+        let numbers = OutputNumbers::new("tip".into(), &simulated, Some(&[2.0, 7.0, -4.0, f64::NAN]));
+        assert_eq!(numbers.rms_error, Some(1.0));
+    }
 }

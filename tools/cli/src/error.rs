@@ -10,6 +10,7 @@ use stillbeam_shape::{ModeSpecError, ShapeError, TableFileError};
 use thiserror::Error;
 
 use crate::board::BoardError;
+use crate::data::DataError;
 
 /// Why a command failed.
 #[derive(Debug, Error)]
@@ -50,6 +51,9 @@ pub enum CliError {
     /// A shaper's file.
     #[error(transparent)]
     Table(#[from] TableFileError),
+    /// Public recordings.
+    #[error(transparent)]
+    Data(#[from] DataError),
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
@@ -86,6 +90,10 @@ impl CliError {
         match self {
             Self::Output(error) if error.kind() == ErrorKind::BrokenPipe => 0,
             Self::Output(_) | Self::Internal(_) => 1,
+            Self::Data(error) => match error {
+                DataError::NoSuchSet { .. } | DataError::NotKnown { .. } | DataError::Occupied { .. } => 2,
+                _ => 1,
+            },
             Self::Board(error) => match error {
                 BoardError::Open { .. } | BoardError::NoConsole { .. } | BoardError::Refused { .. } => 2,
                 _ => 1,

@@ -10,6 +10,7 @@
 //! | a move of the base, simulated and judged | [`base_move`] |
 //! | which columns, and the files that modes go into | [`identification`] |
 //! | where modes may be, and what the machine stands | [`shaping`] |
+//! | public recordings, fetched and checked | [`data`] |
 //! | results become self-contained HTML pages | [`report`] |
 //!
 //! Nothing here prints, exits or panics on bad input: text goes to [`streams::Streams`], failures are
@@ -19,6 +20,7 @@ pub mod base_move;
 pub mod board;
 pub mod command_signal;
 pub mod commands;
+pub mod data;
 pub mod demo;
 pub mod error;
 mod extended_move;

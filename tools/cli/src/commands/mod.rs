@@ -3,6 +3,7 @@
 pub mod apply;
 pub mod console;
 pub mod convert;
+pub mod data;
 pub mod demo;
 pub mod diagnose;
 pub mod flash;
@@ -43,6 +44,7 @@ enum Command {
     Diagnose(diagnose::DiagnoseArgs),
     Identify(identify::IdentifyArgs),
     Convert(convert::ConvertArgs),
+    Data(data::DataArgs),
     Shape(shape::ShapeArgs),
     Plan(plan::PlanArgs),
     Apply(apply::ApplyArgs),
@@ -66,6 +68,7 @@ impl Cli {
             Command::Diagnose(args) => args.run(streams),
             Command::Identify(args) => args.run(streams),
             Command::Convert(args) => args.run(streams),
+            Command::Data(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),
             Command::Plan(args) => args.run(streams),
             Command::Apply(args) => args.run(streams),

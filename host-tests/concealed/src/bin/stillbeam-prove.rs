@@ -28,6 +28,7 @@ const USAGE: &str =
   --least-right N   fail when fewer answers are right
   --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
   --real DATA       diagnose published recordings of real machines instead of concealed cases
+  --only NAME       of them only this one (emps, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
   --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {
@@ -53,7 +54,7 @@ fn bench() -> Result<(), String> {
         resume: false,
     };
     let (mut page_file, mut least_right, mut most_wrong) = (None::<PathBuf>, 0, usize::MAX);
-    let (mut drawn, mut data) = (None, None);
+    let (mut drawn, mut data, mut only) = (None, None, None::<String>);
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
@@ -68,6 +69,7 @@ fn bench() -> Result<(), String> {
             "--least-right" => least_right = number(&value()?)?,
             "--most-wrong" => most_wrong = number(&value()?)?,
             "--real" => data = Some(PathBuf::from(value()?)),
+            "--only" => only = Some(value()?),
             "--picture" => {
                 let case: usize = number(&value()?)?;
                 drawn = Some((case, PathBuf::from(value()?)));
@@ -91,7 +93,7 @@ fn bench() -> Result<(), String> {
     if let Some(data) = data {
         // The bench is two folders below the workspace's root.
         let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
-        let text = real(&bench.tool, &data, &models, &bench.out.join("real"));
+        let text = real(&bench.tool, &data, &models, &bench.out.join("real"), only.as_deref(), bench.resume);
         return publish(page_file.as_deref(), &text.map_err(|error| error.to_string())?);
     }
     let program = std::fs::read(&bench.tool).map_err(|error| format!("{}: {error}", bench.tool.display()))?;

@@ -1,0 +1,106 @@
+//! What an answer reaches of what was aimed at.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::force_balance::force_error_percent;
+use super::machines::{Machine, Target};
+use crate::run::{EXTENDED, column_of};
+
+/// An answer and where it is.
+pub(super) struct Found<'f> {
+    pub(super) tool: &'f Path,
+    pub(super) data: &'f Path,
+    pub(super) folder: &'f Path,
+    pub(super) machine: &'f Machine,
+    pub(super) answer: &'f Value,
+}
+
+/// Whether a target is reached, and the number or names behind it.
+pub(super) fn judged(found: &Found<'_>, target: &Target) -> (bool, String) {
+    let number = |value: Option<f64>, most: f64, show: &dyn Fn(f64) -> String| match value {
+        Some(value) => (value <= most, show(value)),
+        None => (false, "not known: nothing was named".to_owned()),
+    };
+    match *target {
+        Target::Named(laws) => {
+            let (named, tied) = (found.named(), found.tied());
+            let here: Vec<&str> =
+                laws.iter().copied().filter(|law| named.iter().any(|id| id == law)).collect();
+            if !here.is_empty() {
+                return (true, here.join(", "));
+            }
+            let here: Vec<&str> =
+                laws.iter().copied().filter(|law| tied.iter().any(|id| id == law)).collect();
+            match here.is_empty() {
+                true => (false, format!("named: {}", listed(&named))),
+                false => (true, format!("tied: {}", here.join(", "))),
+            }
+        }
+        Target::NotNamed(laws) => {
+            let named = found.named();
+            (!named.iter().any(|id| laws.contains(&id.as_str())), format!("named: {}", listed(&named)))
+        }
+        Target::HeldOut(most) => number(found.held_out(), most, &|value| format!("{value:.3e}")),
+        Target::Force(most) => {
+            let extended = fs::read_to_string(found.folder.join(EXTENDED)).ok();
+            let error = extended.and_then(|model| force_error_percent(found.data, &model));
+            number(error, most, &|value| format!("{value:.2} %"))
+        }
+        Target::OpenLoop(most) => {
+            number(found.open_loop(), most, &|value| format!("{:.2} mm rms", 1e3 * value))
+        }
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+}
+
+impl Found<'_> {
+    fn named(&self) -> Vec<String> {
+        let effects = self.answer["effects"].as_array().into_iter().flatten();
+        effects.filter_map(|effect| effect["id"].as_str().map(str::to_owned)).collect()
+    }
+
+    /// Laws in ties, as words of their sentences.
+    fn tied(&self) -> Vec<String> {
+        let ties = self.answer["ties"].as_array().into_iter().flatten();
+        let sentences = ties.filter_map(|tie| tie["sentence"].as_str());
+        let is_part_of_name = |c: char| c.is_ascii_lowercase() || c == '_';
+        sentences.flat_map(|text| text.split(move |c| !is_part_of_name(c)).map(str::to_owned)).collect()
+    }
+
+    /// Pooled over the held-out recordings, first output.
+    fn held_out(&self) -> Option<f64> {
+        let fits = self.answer["fit"]["recordings"].as_array()?.iter();
+        let rms: Vec<f64> = fits
+            .filter(|fit| fit["role"] == "held_out")
+            .filter_map(|fit| fit["extended"]["rms"].as_f64())
+            .collect();
+        let mean = rms.iter().map(|rms| rms * rms).sum::<f64>() / rms.len().max(1) as f64;
+        (!rms.is_empty()).then(|| mean.sqrt())
+    }
+
+    /// Root mean square of the held-out recording minus the extended model's free run on the recorded force, mean taken off.
+    fn open_loop(&self) -> Option<f64> {
+        let (name, _) = self.machine.held_out.first()?;
+        let (input, out) = (format!("{name}.csv"), "open_loop.csv");
+        let done = Command::new(self.tool)
+            .current_dir(self.folder)
+            .args(["simulate", EXTENDED, "--open-loop", "--input", &input, "--out", out])
+            .output()
+            .ok()?;
+        if !done.status.success() {
+            return None;
+        }
+        let read = |file: &str| column_of(&fs::read_to_string(self.folder.join(file)).ok()?, "position_m");
+        let (recorded, run) = (read(&input)?, read(out)?);
+        let differ: Vec<f64> = recorded.iter().zip(&run).map(|(a, b)| a - b).collect();
+        let mean = differ.iter().sum::<f64>() / differ.len().max(1) as f64;
+        Some((differ.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / differ.len().max(1) as f64).sqrt())
+    }
+}

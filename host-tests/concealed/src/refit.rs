@@ -41,7 +41,8 @@ pub struct Refit {
 /// Fits `nominal` to runs read at `rate_hz`; offsets of every reading are free. `None` if the model is impossible.
 pub fn refit(nominal: &Kind, runs: &[Observed], rate_hz: f64) -> Option<Refit> {
     let family = Family::new(nominal)?;
-    let commands: Vec<Vec<f64>> = runs.iter().map(|run| command(run, rate_hz)).collect();
+    let joined = matches!(nominal, Kind::Slide(slide) if slide.position_loop.is_some());
+    let commands: Vec<Vec<f64>> = runs.iter().map(|run| command(run, rate_hz, joined)).collect();
     let residual = |theta: &[f64]| -> Option<DVector<f64>> {
         let plant = family.plant(theta)?;
         let mut all = Vec::new();
@@ -100,11 +101,14 @@ pub fn linear_readings(
     rate_hz: f64,
     count: usize,
 ) -> Option<Vec<Vec<f64>>> {
-    let plant = kind.plant()?;
+    let plant = match kind {
+        Kind::Slide(slide) => slide.with_a_fast_loop()?,
+        Kind::Beam(_) => kind.plant()?,
+    };
     let command: Vec<f64> =
         (0..=(count - 1) * CUTS).map(|k| excitation.at(k as f64 / (rate_hz * CUTS as f64)).value).collect();
     let mut all = vec![Vec::with_capacity(count); plant.outputs.len()];
-    march(&plant, &command, rate_hz, |states, u| {
+    march(&plant, &command, (rate_hz, excitation.pulled_aside()), |states, u| {
         for (list, (_, row, share)) in all.iter_mut().zip(&plant.outputs) {
             list.push(row.as_slice().iter().zip(states).map(|(r, x)| r * x).sum::<f64>() + share * u);
         }
@@ -112,17 +116,18 @@ pub fn linear_readings(
     Some(all)
 }
 
-fn command(run: &Observed, rate_hz: f64) -> Vec<f64> {
+fn command(run: &Observed, rate_hz: f64, joined: bool) -> Vec<f64> {
     let count = run.outputs.first().map_or(0, |(_, readings, _)| readings.len());
     (0..(count.max(1) - 1) * CUTS + 1)
-        .map(|k| run.excitation.at(k as f64 / (rate_hz * CUTS as f64)).value)
+        .map(|k| k as f64 / (rate_hz * CUTS as f64))
+        .map(|t| if joined { run.excitation.joined(t, rate_hz) } else { run.excitation.at(t).value })
         .collect()
 }
 
 /// Readings minus model, in units of the noise, each with its mean taken off.
 fn append_residual(plant: &LinearPlant, run: &Observed, command: &[f64], rate_hz: f64, all: &mut Vec<f64>) {
     let mut parts: Vec<Vec<f64>> = run.outputs.iter().map(|_| Vec::new()).collect();
-    march(plant, command, rate_hz, |states, u| {
+    march(plant, command, (rate_hz, run.excitation.pulled_aside()), |states, u| {
         for (part, (output, readings, noise)) in parts.iter_mut().zip(&run.outputs) {
             let (_, row, share) = &plant.outputs[*output];
             let y = row.as_slice().iter().zip(states).map(|(r, x)| r * x).sum::<f64>() + share * u;
@@ -135,8 +140,13 @@ fn append_residual(plant: &LinearPlant, run: &Observed, command: &[f64], rate_hz
     }
 }
 
-/// Exact steps under straight lines of the command, one look per reading.
-fn march(plant: &LinearPlant, command: &[f64], rate_hz: f64, mut look: impl FnMut(&[f64], f64)) {
+/// Exact steps under straight lines of the command, from rest with the first coordinate pulled aside, one look per reading.
+fn march(
+    plant: &LinearPlant,
+    command: &[f64],
+    (rate_hz, aside): (f64, f64),
+    mut look: impl FnMut(&[f64], f64),
+) {
     let h = 1.0 / (rate_hz * CUTS as f64);
     let n = plant.size;
     let wide = 2 * n + 2;
@@ -156,6 +166,7 @@ fn march(plant: &LinearPlant, command: &[f64], rate_hz: f64, mut look: impl FnMu
     let rows: Vec<[f64; WIDEST]> =
         (0..2 * n).map(|row| std::array::from_fn(|k| if k < wide { step[(row, k)] } else { 0.0 })).collect();
     let mut state = [0.0; WIDEST];
+    state[0] = aside;
     for (k, u) in command.iter().enumerate() {
         if k % CUTS == 0 {
             look(&state[..n], *u);
@@ -208,6 +219,7 @@ impl Family {
                 modes.omega_rad_s.iter_mut().for_each(|omega| *omega *= factor);
                 beam.plant_of(&modes)
             }
+            (Kind::Slide(slide), ..) => slide.with_a_fast_loop(),
             (kind, ..) => kind.plant(),
         }
     }

@@ -18,6 +18,7 @@ use crate::patience::{Ended, Finished, wait};
 use crate::score::answer::Answer;
 use crate::score::judge::{Score, held_out, mark, parameters};
 use crate::seal::{SealError, open, seal};
+use crate::truth::excitation::Shape;
 
 /// Processor seconds for a free run of the extended model.
 const SIMULATION_LIMIT_S: f64 = 20.0;
@@ -209,7 +210,10 @@ impl Bench {
             laws.iter().map(|law| format!("{} at {}", law.id, law.location)).collect::<Vec<_>>()
         };
         let mut errors = answer.map(|answer| held_out(truth, answer)).unwrap_or_default();
-        if answer.is_some_and(|answer| !answer.effects.is_empty()) && folder.join(EXTENDED).exists() {
+        // A free decay's own start is fitted, and no file says it.
+        let driven = truth.runs.iter().all(|run| run.excitation.shape != Shape::Release);
+        let named_any = answer.is_some_and(|answer| !answer.effects.is_empty());
+        if driven && named_any && folder.join(EXTENDED).exists() {
             let names: Vec<&str> = truth.channels.iter().map(|channel| channel.column.as_str()).collect();
             let free_run = self.free_run_errors(folder, noise_free, &names)?;
             for (error, to_truth) in errors.iter_mut().zip(free_run) {

@@ -2,11 +2,12 @@
 
 use stillbeam_concealed::case::Concealment;
 use stillbeam_concealed::case::maker::make;
+use stillbeam_concealed::case::model_text::model_text;
 
 /// The published seed's first round, one of every kind.
 #[test]
 fn every_kind_of_case_meets_its_definition() {
-    for number in [0, 1, 2, 3, 4, 9, 14] {
+    for number in [0, 1, 2, 3, 4, 5, 9, 14] {
         let begun = std::time::Instant::now();
         let case = make(1, number).unwrap();
         let truth = &case.truth;
@@ -33,6 +34,20 @@ fn every_kind_of_case_meets_its_definition() {
         }
         assert!(measured.null_over_noise < 0.03, "the nominal model itself is not good enough");
     }
+}
+
+/// Cases 5 and 9 are of the families that a number decides.
+#[test]
+fn a_loop_comes_with_its_reference_and_a_decay_without_any_input() {
+    let looped = make(1, 5).unwrap();
+    let columns: Vec<&str> = looped.runs[0].inputs.iter().map(|(column, _)| column.as_str()).collect();
+    assert_eq!(columns, ["motor_force_N", "reference_m"]);
+    let text = model_text(&looped.nominal, &looped.truth.channels);
+    assert!(text.contains("[controller]") && text.contains("reference_column = \"reference_m\""), "{text}");
+    let ringing = make(1, 9).unwrap();
+    assert!(ringing.runs.iter().all(|run| run.inputs.is_empty()));
+    let text = model_text(&ringing.nominal, &ringing.truth.channels);
+    assert!(!text.contains("[input]") && !text.contains("[controller]"), "{text}");
 }
 
 #[test]

@@ -2,11 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
+use stillbeam_concealed::refit::linear_readings;
 use stillbeam_concealed::truth::excitation::{Excitation, Shape};
 use stillbeam_concealed::truth::integrator::{Force, Machine, Track};
 use stillbeam_concealed::truth::jet::Jet;
 use stillbeam_concealed::truth::law::{Dry, Physics, Smooth};
-use stillbeam_concealed::truth::plant::{BeamMachine, InputKind, LinearPlant, SlideMachine, Vector};
+use stillbeam_concealed::truth::plant::{
+    BeamMachine, InputKind, LinearPlant, PositionLoop, SlideMachine, Vector,
+};
 use stillbeam_concealed::truth::run::{Kind, Rig};
 
 const MASS: f64 = 2.0;
@@ -19,6 +22,8 @@ fn oscillator() -> LinearPlant {
         ground_stiffness: STIFFNESS,
         ground_damping: 0.0,
         coupling: [0.0, 0.0],
+        position_loop: None,
+        let_go: false,
     };
     slide.plant().unwrap()
 }
@@ -134,6 +139,8 @@ fn hysteresis_saturates_where_it_should() {
         ground_stiffness: 1e4,
         ground_damping: 200.0,
         coupling: [0.0, 0.0],
+        position_loop: None,
+        let_go: false,
     }
     .plant()
     .unwrap();
@@ -252,5 +259,56 @@ fn readings_converge_in_the_step_size() {
         if law.id == "coulomb_friction" || law.id == "stribeck_friction" {
             assert!(usual.events > 5, "{}: no stick and slip", law.id);
         }
+    }
+}
+
+fn slider(stiffness: f64, damping: f64) -> SlideMachine {
+    SlideMachine {
+        bodies: vec![("slider".to_owned(), 10.0)],
+        ground_stiffness: stiffness,
+        ground_damping: damping,
+        coupling: [0.0, 0.0],
+        position_loop: None,
+        let_go: true,
+    }
+}
+
+#[test]
+fn a_stage_that_is_let_go_loses_twice_the_friction_over_the_stiffness_per_half_swing() {
+    let (stiffness, force) = (1000.0, 1.5);
+    let law = Physics::new("coulomb_friction", "slider", &[("force", force)]);
+    let rig = Rig::new(&Kind::Slide(slider(stiffness, 0.0)), &[law]).unwrap();
+    let excitation = Excitation { shape: Shape::Release, amplitude: 20e-3, duration_s: 6.0 };
+    let outcome = rig.run(&excitation, 1000.0, 1).unwrap();
+    let half_s = PI / (stiffness / 10.0_f64).sqrt();
+    for swing in 0..5 {
+        let place = outcome.outputs[0][(f64::from(swing) * half_s * 1000.0).round() as usize];
+        let expected = 20e-3 - f64::from(swing) * 2.0 * force / stiffness;
+        assert!((place.abs() - expected).abs() < 2e-5, "swing {swing}: {place} and not {expected}");
+    }
+    // It stops where the spring is weaker than the friction, and stays.
+    let rest = outcome.outputs[0].last().unwrap().abs();
+    assert!(rest < force / stiffness && outcome.outputs[0][5900] == *outcome.outputs[0].last().unwrap());
+    assert!(outcome.acted.iter().all(|u| *u == 0.0));
+}
+
+#[test]
+fn a_position_loop_follows_its_reference_as_a_spring_and_a_damper_would() {
+    let (kp, kv) = (15.0, 300.0);
+    let looped =
+        SlideMachine { position_loop: Some(PositionLoop { kp, kv }), let_go: false, ..slider(0.0, 20.0) };
+    let shape = Shape::Sweep { from_hz: 0.3, to_hz: 2.0, exponential: true };
+    let excitation = Excitation { shape, amplitude: 10e-3, duration_s: 10.0 };
+    let outcome = Rig::new(&Kind::Slide(looped.clone()), &[]).unwrap().run(&excitation, 100.0, 1).unwrap();
+    let ideal = linear_readings(&Kind::Slide(looped), &excitation, 100.0, outcome.time_s.len()).unwrap();
+    for (one, other) in outcome.outputs[0].iter().zip(&ideal[0]) {
+        assert!((one - other).abs() < 2e-4, "{one} {other}");
+    }
+    // The force that is recorded is the controller's, from what was true at the stamp.
+    for k in [100, 400, 900] {
+        let speed = (outcome.outputs[0][k + 1] - outcome.outputs[0][k - 1]) * 50.0;
+        let force = kv * (kp * (outcome.command[k] - outcome.outputs[0][k]) - speed);
+        // Differences over 20 ms miss a speed at 2 Hz by 0.3 %, of some 30 N.
+        assert!((outcome.acted[k] - force).abs() < 0.15, "{} {force}", outcome.acted[k]);
     }
 }

@@ -7,6 +7,7 @@ use super::{Concealment, Measured};
 use crate::random::Random;
 use crate::refit::refit;
 use crate::truth::law::Physics;
+use crate::truth::plant::SlideMachine;
 use crate::truth::run::{Kind, Outcome, Rig};
 
 /// Halvings of the search for a size.
@@ -65,6 +66,10 @@ impl Bench {
                 (if on_beam { bending } else { on_base }, ei / beam.strip.length_m, modes.mass_kg)
             }
             Kind::Slide(slide) if location.contains('-') => (slide.coupling[0] * z, 1.0, 1.0),
+            Kind::Slide(slide) if slide.let_go => (slide.ground_stiffness * z, 1.0, 1.0),
+            Kind::Slide(SlideMachine { position_loop: Some(_), .. }) => {
+                (loudest.acted.iter().fold(0.0_f64, |most, u| most.max(u.abs())), 1.0, 1.0)
+            }
             Kind::Slide(_) => (command, 1.0, 1.0),
         };
         Some(Sizes {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use crate::random::Random;
 use crate::refit::visit;
 use crate::truth::beam_elements::Strip;
-use crate::truth::plant::{BeamMachine, InputKind, Servo, SlideMachine};
+use crate::truth::plant::{BeamMachine, InputKind, PositionLoop, Servo, SlideMachine};
 use crate::truth::run::Kind;
 
 /// Modes of the truth's beam.
@@ -26,9 +26,27 @@ pub enum Family {
     Stage,
     /// Two bodies joined by a belt, the first on a flexure and pushed.
     TwoBodies,
+    /// One body on rails in a position loop, reference and force recorded.
+    LoopedSlide,
+    /// One body on a flexure, pulled aside and let go: no input is recorded.
+    RingingStage,
 }
 
+/// Every so many cases one is of these families, so that every kind of concealment meets them.
+const LOOPED_EVERY: (usize, usize) = (13, 5);
+const RINGING_EVERY: (usize, usize) = (13, 9);
+
 impl Family {
+    /// The family of a case whose number decides it; `None` where it is drawn.
+    pub fn of_case(number: usize) -> Option<Self> {
+        let is = |(every, from): (usize, usize)| number % every == from;
+        match () {
+            () if is(LOOPED_EVERY) => Some(Self::LoopedSlide),
+            () if is(RINGING_EVERY) => Some(Self::RingingStage),
+            () => None,
+        }
+    }
+
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
@@ -38,13 +56,16 @@ impl Family {
             Self::PushedBeam => "beam on a pushed base",
             Self::Stage => "one-body stage",
             Self::TwoBodies => "two-body slide",
+            Self::LoopedSlide => "slide in a position loop",
+            Self::RingingStage => "one-body stage let go",
         }
     }
 
     /// The truth without left-out physics.
     pub fn draw(self, random: &mut Random) -> Kind {
         match self {
-            Self::Stage | Self::TwoBodies => Kind::Slide(slide(self, random)),
+            Self::Stage | Self::TwoBodies | Self::RingingStage => Kind::Slide(slide(self, random)),
+            Self::LoopedSlide => Kind::Slide(looped(random)),
             _ => Kind::Beam(beam(self, random)),
         }
     }
@@ -92,8 +113,10 @@ fn slide(family: Family, random: &mut Random) -> SlideMachine {
         ground_stiffness: mass * omega * omega,
         ground_damping: 2.0 * random.log_between(0.02, 0.08) * mass * omega,
         coupling: [0.0, 0.0],
+        position_loop: None,
+        let_go: family == Family::RingingStage,
     };
-    if family == Family::Stage {
+    if family != Family::TwoBodies {
         return stage;
     }
     let load = mass * random.between(0.3, 1.0);
@@ -104,6 +127,20 @@ fn slide(family: Family, random: &mut Random) -> SlideMachine {
         ground_stiffness: (mass + load) * omega * omega,
         ground_damping: 2.0 * random.log_between(0.02, 0.06) * (mass + load) * omega,
         coupling: [reduced * belt * belt, 2.0 * random.between(0.01, 0.03) * reduced * belt],
+        ..stage
+    }
+}
+
+fn looped(random: &mut Random) -> SlideMachine {
+    let mass = random.log_between(4.0, 60.0);
+    let (omega, ratio) = (TAU * random.between(3.0, 5.0), random.between(0.6, 0.9));
+    SlideMachine {
+        bodies: vec![("slider".to_owned(), mass)],
+        ground_stiffness: 0.0,
+        ground_damping: mass * random.between(1.0, 4.0),
+        coupling: [0.0, 0.0],
+        position_loop: Some(PositionLoop { kp: omega / (2.0 * ratio), kv: 2.0 * ratio * omega * mass }),
+        let_go: false,
     }
 }
 
@@ -137,6 +174,12 @@ pub fn frequencies_hz(kind: &Kind) -> Option<[f64; 2]> {
         Kind::Beam(beam) => {
             let modes = beam.strip.modes(2)?;
             Some([modes.omega_rad_s[0] / TAU, modes.omega_rad_s[1] / TAU])
+        }
+        // Half the loop's bandwidth, so that sweeps end there.
+        Kind::Slide(SlideMachine { position_loop: Some(gains), bodies, .. }) => {
+            let mass = bodies.first().map_or(1.0, |(_, mass)| *mass);
+            let middle = 0.4 * (gains.kp * gains.kv / mass).sqrt() / TAU;
+            Some([middle, middle])
         }
         Kind::Slide(slide) => {
             let total: f64 = slide.bodies.iter().map(|(_, mass)| mass).sum();

@@ -21,7 +21,10 @@ pub fn runs(kind: &Kind, frequencies_hz: [f64; 2], random: &mut Random) -> Vec<R
     let pushed = matches!(kind, Kind::Beam(beam) if beam.input == InputKind::Force);
     let highest_hz = 1.25 * frequencies_hz[1].max(2.0 * frequencies_hz[0]);
     let lowest_hz = if pushed { LOWEST_PUSH_HZ } else { 0.3 * frequencies_hz[0] };
-    let is_force = pushed || matches!(kind, Kind::Slide(_));
+    if matches!(kind, Kind::Slide(slide) if slide.let_go) {
+        return releases(random);
+    }
+    let is_force = pushed || matches!(kind, Kind::Slide(slide) if slide.position_loop.is_none());
     let sweep = |down: bool, exponential: bool| {
         let (low, high) = (lowest_hz, highest_hz);
         let (from_hz, to_hz) = if down { (high, low) } else { (low, high) };
@@ -41,7 +44,7 @@ pub fn runs(kind: &Kind, frequencies_hz: [f64; 2], random: &mut Random) -> Vec<R
     let scale = |shape: &Shape| match shape {
         Shape::Sweep { .. } => 1.0,
         Shape::Multisine { .. } => 1.2,
-        Shape::Moves { .. } | Shape::Doublets { .. } => louder,
+        Shape::Moves { .. } | Shape::Doublets { .. } | Shape::Release => louder,
     };
     let plans = [
         ("sweep_up", Role::Train, sweep(false, exponential), 1.0),
@@ -68,12 +71,37 @@ fn amplitude(kind: &Kind, frequencies_hz: [f64; 2], random: &mut Random) -> f64 
     match kind {
         Kind::Beam(beam) if beam.input == InputKind::Force => random.between(1.5, 4.0),
         Kind::Beam(_) => random.between(0.4e-3, 1.0e-3),
+        Kind::Slide(slide) if slide.position_loop.is_some() => random.between(5e-3, 12e-3),
         Kind::Slide(slide) => {
             // Some 10 to 30 mm at the first resonance.
             let omega = TAU * frequencies_hz[0];
             slide.ground_damping * omega * random.between(0.01, 0.03)
         }
     }
+}
+
+/// Three free decays to train on and two to hold out, from two to three times as far as the nearest.
+fn releases(random: &mut Random) -> Vec<RunPlan> {
+    let (nearest, loud) = (random.between(8e-3, 20e-3), random.between(2.0, 3.0));
+    let plans = [
+        ("near", Role::Train, 1.0),
+        ("far", Role::Train, -loud),
+        ("middle", Role::Train, 0.5 * (1.0 + loud)),
+        ("check", Role::HeldOut, random.between(1.3, loud)),
+        ("motion", Role::HeldOut, -random.between(1.0, loud)),
+    ];
+    plans
+        .into_iter()
+        .map(|(name, role, factor)| RunPlan {
+            name: name.to_owned(),
+            role,
+            excitation: Excitation {
+                shape: Shape::Release,
+                amplitude: nearest * factor,
+                duration_s: random.between(DURATION_S.0, DURATION_S.1).round(),
+            },
+        })
+        .collect()
 }
 
 fn multisine(low_hz: f64, high_hz: f64, random: &mut Random) -> Shape {

@@ -42,7 +42,11 @@ pub fn noise_free_texts(case: &Case) -> Vec<(String, String)> {
 }
 
 fn recording_text(case: &Case, run: &MadeRun, readings: &[Vec<f64>]) -> String {
-    let mut text = format!("time_s,{}", run.input.0);
+    let mut text = String::from("time_s");
+    for (column, _) in &run.inputs {
+        text.push(',');
+        text.push_str(column);
+    }
     for channel in &case.truth.channels {
         text.push(',');
         text.push_str(&channel.column);
@@ -50,7 +54,10 @@ fn recording_text(case: &Case, run: &MadeRun, readings: &[Vec<f64>]) -> String {
     text.push('\n');
     for (k, time_s) in run.time_s.iter().enumerate() {
         // Writing into a string cannot fail.
-        let _ = write!(text, "{time_s:.4},{:e}", run.input.1[k]);
+        let _ = write!(text, "{time_s:.4}");
+        for (_, column) in &run.inputs {
+            let _ = write!(text, ",{:e}", column[k]);
+        }
         for column in readings {
             let _ = write!(text, ",{:.9e}", column[k]);
         }

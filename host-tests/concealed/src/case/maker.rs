@@ -37,8 +37,8 @@ pub struct MadeRun {
     pub plan: RunPlan,
     /// Stamps, seconds.
     pub time_s: Vec<f64>,
-    /// Input column and what is recorded of it.
-    pub input: (String, Vec<f64>),
+    /// Columns of input and reference and what is recorded of them; none of a free decay.
+    pub inputs: Vec<(String, Vec<f64>)>,
     /// Recorded readings per channel.
     pub recorded: Vec<Vec<f64>>,
     /// The same without noise.
@@ -64,7 +64,10 @@ pub fn make(seed: u64, number: usize) -> Result<Case, MakeError> {
     let kind = Concealment::of_case(number);
     let mut random = Random::new(seed, number as u64 + 1);
     (0..MOST_DRAWINGS)
-        .find_map(|redrawn| Bench::draw(kind, &mut random)?.case(seed, number, redrawn, &mut random))
+        .find_map(|redrawn| {
+            let family = Family::of_case(number);
+            Bench::draw(kind, family, &mut random)?.case(seed, number, redrawn, &mut random)
+        })
         .ok_or(MakeError { number, kind })
 }
 
@@ -90,7 +93,7 @@ pub(super) struct Concealed {
 }
 
 impl Bench {
-    fn draw(concealment: Concealment, random: &mut Random) -> Option<Self> {
+    fn draw(concealment: Concealment, family: Option<Family>, random: &mut Random) -> Option<Self> {
         const FAMILIES: [Family; 8] = [
             Family::MovedBeam,
             Family::MovedBeam,
@@ -101,7 +104,10 @@ impl Bench {
             Family::Stage,
             Family::TwoBodies,
         ];
-        let family = *random.pick(&FAMILIES)?;
+        let family = match family {
+            Some(family) => family,
+            None => *random.pick(&FAMILIES)?,
+        };
         let kind = family.draw(random);
         let plans = runs(&kind, frequencies_hz(&kind)?, random);
         let rig = Rig::new(&kind, &[])?;
@@ -199,13 +205,18 @@ impl Bench {
         if outcome.outputs.iter().flatten().any(|y| !y.is_finite()) {
             return None;
         }
-        let column = input_column(&self.kind).to_owned();
         // A measured motion comes from an encoder of a micrometre.
         let encoder = |y: &f64| (y / 1e-6).round() * 1e-6;
         let command = match self.family {
             Family::MovedBeam => outcome.command.iter().map(encoder).collect(),
+            Family::LoopedSlide => outcome.acted.clone(),
             _ => outcome.command.clone(),
         };
+        let mut inputs: Vec<_> =
+            input_column(&self.kind).map(|column| (column.to_owned(), command)).into_iter().collect();
+        if self.family == Family::LoopedSlide {
+            inputs.push((REFERENCE.to_owned(), outcome.command.clone()));
+        }
         let recorded = self.channels.iter().map(|channel| {
             let laws: &[_] = if channel.output == 0 { &outcome.sensors } else { &[] };
             channel.device.recorded(&outcome.outputs[channel.output], laws, random)
@@ -214,22 +225,26 @@ impl Bench {
             plan: plan.clone(),
             recorded: recorded.collect(),
             noise_free: self.channels.iter().map(|channel| outcome.shown(channel.output)).collect(),
-            input: (column, command),
+            inputs,
             time_s: outcome.time_s,
         })
     }
 }
 
-/// The column that drives a machine.
-pub fn input_column(kind: &Kind) -> &'static str {
-    match kind {
+/// The column that a position loop follows.
+pub const REFERENCE: &str = "reference_m";
+
+/// The column that drives a machine; `None` for one that is let go.
+pub fn input_column(kind: &Kind) -> Option<&'static str> {
+    Some(match kind {
+        Kind::Slide(slide) if slide.let_go => return None,
         Kind::Slide(_) => "motor_force_N",
         Kind::Beam(beam) => match beam.input {
             InputKind::Force => "force_N",
             InputKind::BasePosition => "base_position_m",
             InputKind::Setpoint => "setpoint_m",
         },
-    }
+    })
 }
 
 pub(super) fn training(plans: &[RunPlan]) -> impl Iterator<Item = &RunPlan> {

@@ -118,6 +118,18 @@ pub fn menu(family: Family) -> Vec<(&'static str, &'static str)> {
             dishes.extend(at("drive", &DRIVE));
             dishes.extend(at("environment", &["periodic_disturbance"]));
         }
+        Family::LoopedSlide => {
+            let without_spring = FRICTION.iter().filter(|id| **id != "end_stop").copied().collect::<Vec<_>>();
+            dishes.extend(at("slider", &without_spring));
+            dishes.extend(at("slider", &["constant_force"]));
+            dishes.extend(at("environment", &["periodic_disturbance"]));
+        }
+        Family::RingingStage => {
+            let decaying = FRICTION.iter().filter(|id| **id != "end_stop").copied().collect::<Vec<_>>();
+            dishes.extend(at("slider", &decaying));
+            dishes.extend(at("slider", &["amplitude_damping", "bilinear_stiffness"]));
+            dishes.extend(at("sensor", &["nonlinearity", "quantisation"]));
+        }
     }
     dishes
 }
@@ -126,7 +138,7 @@ pub fn menu(family: Family) -> Vec<(&'static str, &'static str)> {
 pub fn outside(family: Family) -> Vec<(&'static str, &'static str)> {
     let place = match family {
         Family::PushedBeam => "base",
-        Family::Stage => "slider",
+        Family::Stage | Family::LoopedSlide | Family::RingingStage => "slider",
         Family::TwoBodies => "motor",
         _ => "beam",
     };

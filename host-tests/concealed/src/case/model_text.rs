@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 use std::fmt::Write;
 
 use super::Channel;
-use super::maker::input_column;
-use crate::truth::plant::{BeamMachine, SlideMachine};
+use super::maker::{REFERENCE, input_column};
+use crate::truth::plant::{BeamMachine, PositionLoop, RENEWAL_S, SlideMachine};
 use crate::truth::run::Kind;
 
 /// A model file, `schema = 1`.
@@ -22,7 +22,15 @@ pub fn model_text(kind: &Kind, channels: &[Channel]) -> String {
         Kind::Beam(_) => None,
     };
     // Writing into a string cannot fail.
-    let _ = write!(text, "\n[input]\ncolumn = \"{}\"\n{}", input_column(kind), body.unwrap_or_default());
+    if let Some(column) = input_column(kind) {
+        let _ = write!(text, "\n[input]\ncolumn = \"{column}\"\n{}", body.unwrap_or_default());
+    }
+    if let Kind::Slide(SlideMachine { position_loop: Some(PositionLoop { kp, kv }), .. }) = kind {
+        let _ = write!(
+            text,
+            "\n[controller]\nkind = \"cascade_pd\"\nkp = {kp:?}\nkv = {kv:?}\nsample_s = {RENEWAL_S:?}\nreference_column = \"{REFERENCE}\"\n"
+        );
+    }
     for channel in channels {
         let _ = write!(text, "\n[[output]]\ncolumn = \"{}\"\n", channel.column);
         if let Kind::Slide(slide) = kind

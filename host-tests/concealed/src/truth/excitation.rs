@@ -36,6 +36,8 @@ pub enum Shape {
         /// Seconds from the beginning of a move to that of the next.
         every_s: f64,
     },
+    /// Nothing is sent: the machine is pulled aside by the amplitude and let go.
+    Release,
     /// Short double pushes without net impulse, each followed by a free decay.
     Doublets {
         /// Size and sign of each.
@@ -61,7 +63,7 @@ pub struct Excitation {
 impl Excitation {
     /// Value and derivatives at a time; at rest before zero.
     pub fn at(&self, time_s: f64) -> Jet {
-        if time_s <= 0.0 {
+        if time_s <= 0.0 || self.shape == Shape::Release {
             return Jet::default();
         }
         let t = Jet::time(time_s);
@@ -94,6 +96,7 @@ impl Excitation {
                 }
                 position
             }
+            Shape::Release => Jet::default(),
             Shape::Doublets { pushes, push_s, every_s } => {
                 let mut sum = Jet::default();
                 for (number, push) in pushes.iter().enumerate() {
@@ -107,6 +110,19 @@ impl Excitation {
             }
         };
         unit.scaled(self.amplitude)
+    }
+
+    /// How far the first coordinate is pulled aside before time 0.
+    pub fn pulled_aside(&self) -> f64 {
+        if self.shape == Shape::Release { self.amplitude } else { 0.0 }
+    }
+
+    /// Samples at `rate_hz` joined by straight lines: a reference as a controller follows it.
+    pub fn joined(&self, time_s: f64, rate_hz: f64) -> f64 {
+        // A time on a sample must not fall below it by rounding.
+        let place = (time_s * rate_hz + 1e-9).floor();
+        let (from, to) = (self.at(place / rate_hz).value, self.at((place + 1.0) / rate_hz).value);
+        from + (to - from) * (time_s * rate_hz - place).clamp(0.0, 1.0)
     }
 }
 

@@ -78,6 +78,18 @@ impl<'a> Machine<'a> {
         step_s: f64,
         count: usize,
     ) -> Track {
+        self.run_holding(start, input, step_s, count, (1, &mut |_, _, _| 0.0))
+    }
+
+    /// The same with a force beside the input that is renewed every so many steps, from time, positions and velocities, and held.
+    pub fn run_holding(
+        &self,
+        start: (Vector, Vector),
+        input: &dyn Fn(f64) -> Jet,
+        step_s: f64,
+        count: usize,
+        (every, renewed): (usize, &mut dyn FnMut(f64, &Vector, &Vector) -> f64),
+    ) -> Track {
         let mut state = State { x: start.0, v: start.1, memory: [0.0; MOST_FORCES] };
         let mut contacts = vec![Contact::Sticks; self.forces.len()];
         for (index, (point, _)) in self.forces.iter().enumerate() {
@@ -86,15 +98,22 @@ impl<'a> Machine<'a> {
                 contacts[index] = Contact::Slips { forward: v > 0.0 };
             }
         }
-        self.settle_contacts(0.0, &state, input(0.0), &mut contacts);
+        let mut held = renewed(0.0, &state.x, &state.v);
+        let at_first = input(0.0) + Jet::constant(held);
+        self.settle_contacts(0.0, &state, at_first, &mut contacts);
         let mut track = Track { step_s, ..Track::default() };
         for number in 0..=count {
             let time_s = number as f64 * step_s;
+            if number % every == 0 {
+                held = renewed(time_s, &state.x, &state.v);
+            }
+            let beside = Jet::constant(held);
+            let input = |time_s: f64| input(time_s) + beside;
             track.positions.push(state.x);
             track.velocities.push(state.v);
             track.input.push(input(time_s));
             if number < count {
-                track.events += self.step(time_s, step_s, &mut state, &mut contacts, input);
+                track.events += self.step(time_s, step_s, &mut state, &mut contacts, &input);
             }
         }
         track

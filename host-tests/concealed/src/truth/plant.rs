@@ -50,6 +50,18 @@ pub struct BeamMachine {
     pub servo: Option<Servo>,
 }
 
+/// A position controller: `u = kv (kp (r − y) − y')`, renewed every millisecond and held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PositionLoop {
+    /// 1/s.
+    pub kp: f64,
+    /// N·s/m.
+    pub kv: f64,
+}
+
+/// Seconds between two renewals of a [`PositionLoop`].
+pub const RENEWAL_S: f64 = 1e-3;
+
 /// One or two bodies in a row; the first is driven and tied to the ground.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SlideMachine {
@@ -61,6 +73,10 @@ pub struct SlideMachine {
     pub ground_damping: f64,
     /// Spring and damper between the two bodies.
     pub coupling: [f64; 2],
+    /// Makes the force from a reference; `None`: the force is commanded, or there is none.
+    pub position_loop: Option<PositionLoop>,
+    /// Nothing drives it: it is pulled aside and let go.
+    pub let_go: bool,
 }
 
 /// A place where forces act: displacement `row · x + base · u`, and what a force of 1 does to the accelerations.
@@ -269,7 +285,18 @@ impl BeamMachine {
 }
 
 impl SlideMachine {
-    /// Coordinates are the bodies' positions; `None` if there are not one or two bodies.
+    /// What a reference drives when the controller is fast: its gains as a spring and a damper. Without a controller the machine itself.
+    pub fn with_a_fast_loop(&self) -> Option<LinearPlant> {
+        let Some(PositionLoop { kp, kv }) = self.position_loop else { return self.plant() };
+        let mut tied = self.clone();
+        tied.ground_stiffness += kp * kv;
+        tied.ground_damping += kv;
+        let mut plant = tied.plant()?;
+        plant.input *= kp * kv;
+        Some(plant)
+    }
+
+    /// Coordinates are the bodies' positions, the input is the force; `None` if there are not one or two bodies.
     pub fn plant(&self) -> Option<LinearPlant> {
         let size = self.bodies.len();
         if !(1..=2).contains(&size) {

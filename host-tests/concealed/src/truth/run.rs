@@ -7,7 +7,7 @@ use super::excitation::Excitation;
 use super::integrator::{Force, Machine, Track};
 use super::jet::Jet;
 use super::law::{Action, Drive, Physics, Sensor, action};
-use super::plant::{BeamMachine, LinearPlant, SlideMachine, Vector};
+use super::plant::{BeamMachine, LinearPlant, PositionLoop, RENEWAL_S, SlideMachine, Vector};
 
 /// Which machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +30,7 @@ pub struct Rig {
     drives: Vec<Drive>,
     sensors: Vec<Sensor>,
     drift_per_s: f64,
+    position_loop: Option<PositionLoop>,
 }
 
 /// What a run gives, in steps of the recording's interval.
@@ -39,6 +40,8 @@ pub struct Outcome {
     pub time_s: Vec<f64>,
     /// The command at the stamps, in the input's unit.
     pub command: Vec<f64>,
+    /// What acted on the machine at the stamps: behind drive and controller.
+    pub acted: Vec<f64>,
     /// Noise-free readings, one list per output of the plant.
     pub outputs: Vec<Vec<f64>>,
     /// Laws of the first output's sensor that act on readings.
@@ -82,8 +85,18 @@ impl Rig {
                 plant = plant.with_extra_mode(*frequency_hz, *damping_ratio, *participation)?;
             }
         }
-        let mut rig =
-            Self { forces: Vec::new(), drives: Vec::new(), sensors: Vec::new(), drift_per_s: 0.0, plant };
+        let position_loop = match &kind {
+            Kind::Slide(slide) => slide.position_loop,
+            Kind::Beam(_) => None,
+        };
+        let mut rig = Self {
+            forces: Vec::new(),
+            drives: Vec::new(),
+            sensors: Vec::new(),
+            drift_per_s: 0.0,
+            plant,
+            position_loop,
+        };
         for (law, action) in actions {
             match action {
                 Action::Dry(dry) => rig.push(&law.location, Force::Dry(dry))?,
@@ -92,6 +105,8 @@ impl Rig {
                     rig.push(&place, Force::Smooth(smooth))?;
                 }
                 Action::Hysteresis(sizes) => rig.push(&law.location, Force::Hysteresis(sizes))?,
+                // A drive inside the loop would have to act on what the controller says.
+                Action::Drive(_) if position_loop.is_some() => return None,
                 Action::Drive(drive) => rig.drives.push(drive),
                 Action::Sensor(sensor) => rig.sensors.push(sensor),
                 Action::Drift(rate) => rig.drift_per_s += rate,
@@ -121,14 +136,24 @@ impl Rig {
         });
         let shorter = finer as f64 * if contacts { FINER_AT_CONTACTS } else { 1.0 };
         let wanted_s = (FINEST / self.plant.fastest_rad_s).min(1e-3) / shorter;
-        let cuts = (interval_s / wanted_s).ceil().max(1.0) as usize;
+        let renewals = self.position_loop.map_or(1, |_| (interval_s / RENEWAL_S).round().max(1.0) as usize);
+        // Renewals of the controller fall on steps.
+        let cuts = ((interval_s / wanted_s).ceil().max(1.0) as usize).div_ceil(renewals) * renewals;
         let step_s = interval_s / cuts as f64;
         let count = (excitation.duration_s * rate_hz).floor() as usize;
-        let command = |time_s: f64| excitation.at(time_s);
+        let command =
+            |time_s: f64| if self.position_loop.is_some() { Jet::default() } else { excitation.at(time_s) };
         let signal = Signal::new(&command, &self.drives, excitation.duration_s);
         let input = |time_s: f64| -> Jet { signal.at(time_s) };
         let machine = Machine::new(&self.plant, self.forces.clone(), self.drift_per_s)?;
-        let track = machine.run((Vector::zeros(), Vector::zeros()), &input, step_s, count * cuts);
+        let mut aside = Vector::zeros();
+        aside[0] = excitation.pulled_aside();
+        let mut controller = |time_s: f64, x: &Vector, v: &Vector| {
+            let reference = || excitation.joined(time_s, rate_hz);
+            self.position_loop.map_or(0.0, |PositionLoop { kp, kv }| kv * (kp * (reference() - x[0]) - v[0]))
+        };
+        let held = (cuts / renewals, &mut controller as &mut dyn FnMut(f64, &Vector, &Vector) -> f64);
+        let track = machine.run_holding((aside, Vector::zeros()), &input, step_s, count * cuts, held);
         Some(self.read(&track, excitation, interval_s, count))
     }
 
@@ -157,6 +182,12 @@ impl Rig {
         });
         Outcome {
             command: time_s.iter().map(|time_s| excitation.at(*time_s).value).collect(),
+            acted: track
+                .input
+                .iter()
+                .step_by((track.input.len() - 1) / count.max(1))
+                .map(|u| u.value)
+                .collect(),
             outputs: outputs.collect(),
             sensors: self.sensors.clone(),
             reach: reach.collect(),

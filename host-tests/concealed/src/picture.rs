@@ -11,63 +11,113 @@ use crate::case::files::{MODEL, recording};
 use crate::run::{ANSWER, EXTENDED, column_of};
 
 /// Size of the drawing area of a panel, pixels.
-const PANEL: (f64, f64) = (820.0, 120.0);
-/// Left edge of the panels and distance from panel to panel.
+const PANEL: (f64, f64) = (820.0, 104.0);
+/// Left edge of the panels, top of the first one, distance from panel to panel.
 const MARGIN: f64 = 85.0;
-const EVERY: f64 = 185.0;
+const TOP: f64 = 44.0;
+const EVERY: f64 = 166.0;
+/// Candidates shown beside the one that was named.
+const RIVALS: usize = 4;
 /// File of the extended model with its laws taken out.
 const WITHOUT: &str = "without.toml";
+/// Colours for a light page, and for a dark one.
+const STYLE: &str = "<style>\
+    .page{fill:#fff}.area{fill:#f4f5f7}.words{fill:#1f2328}.small{fill:#57606a}.window{fill:#fde68a}\
+    .before{stroke:#6b7280}.located{stroke:#c2410c}.after{stroke:#15803d}.bar{fill:#9ca3af}.named{fill:#15803d}\
+    @media(prefers-color-scheme:dark){.page{fill:#0d1117}.area{fill:#161b22}.words{fill:#e6edf3}.small{fill:#9198a1}.window{fill:#6b4f00}\
+    .before{stroke:#9ca3af}.located{stroke:#fb923c}.after{stroke:#4ade80}.bar{fill:#6b7280}.named{fill:#4ade80}}\
+    </style>\n";
 
-/// A panel: title, residual in metres (or the column's unit), its colour.
-struct Panel {
-    title: String,
+/// A residual over time, in the column's unit.
+struct Curve {
     residual: Vec<f64>,
-    colour: &'static str,
+    class: &'static str,
 }
 
 /// Draws a case that the tool has answered, from its folder; `None` where something is missing or nothing was named.
 ///
-/// Shown is the held-out recording `run`, its first output: recorded minus the given model, minus the refitted model without
-/// the law found, and minus the whole extended model.
-pub fn picture(tool: &Path, folder: &Path, run: &str) -> Option<String> {
+/// Before and located: the training recording in which the tool saw most of the mismatch, recorded minus the lab's model and
+/// minus the model with fitted parameters. Named: the laws that it tried, by what each does for the held-out recordings. After: the held-out recording `check`.
+pub fn picture(tool: &Path, folder: &Path, check: &str) -> Option<String> {
     let answer: Value = serde_json::from_str(&fs::read_to_string(folder.join(ANSWER)).ok()?).ok()?;
     let effect = answer["effects"].get(0)?;
-    let name = format!("{} at {}", effect["id"].as_str()?.replace('_', " "), effect["location"].as_str()?);
     let extended = fs::read_to_string(folder.join(EXTENDED)).ok()?;
     fs::write(folder.join(WITHOUT), without_physics(&extended)).ok()?;
-    let text = fs::read_to_string(recording(folder, run)).ok()?;
-    let column = text.lines().next()?.split(',').nth(2)?.to_owned();
-    let (time_s, recorded) = (column_of(&text, "time_s")?, column_of(&text, &column)?);
-    let residual = |model: &str| -> Option<Vec<f64>> {
+    let case = Case { tool, folder };
+    let sentences: Vec<&str> =
+        answer["mismatch"]["sentences"].as_array()?.iter().filter_map(Value::as_str).collect();
+    let seen_in = sentences.iter().find_map(|text| recording_named(text)).unwrap_or(check);
+    let (time_s, before) = case.residual(seen_in, MODEL)?;
+    let (_, located) = case.residual(seen_in, WITHOUT)?;
+    let (check_s, without) = case.residual(check, WITHOUT)?;
+    let (_, after) = case.residual(check, EXTENDED)?;
+    let windows: Vec<(f64, f64)> =
+        answer["mismatch"]["time_windows_s"].as_array()?.iter().filter_map(window).collect();
+    let errors = format!("{} → {}", millimetres(&without), millimetres(&after));
+
+    let mut svg = beginning();
+    let mut panel = Panel { svg: &mut svg, number: 0 };
+    panel.title(&format!("Before: {seen_in}, recorded minus the lab's model, {} rms", millimetres(&before)));
+    panel.curves(&time_s, &[], &[Curve { residual: before, class: "before" }]);
+    let shown = sentences.first().copied().unwrap_or_default().trim_end_matches('.');
+    panel.title(&format!(
+        "Located: minus the model with fitted parameters, {} rms. {shown}",
+        millimetres(&located)
+    ));
+    panel.curves(&time_s, &windows, &[Curve { residual: located, class: "located" }]);
+    panel.title(&format!("Named: {}{}", name(effect), in_words(effect)));
+    panel.candidates(&answer);
+    panel.title(&format!(
+        "After: {check}, which the tool had not been fitted to; with the law found the error falls {errors}"
+    ));
+    let curves = [Curve { residual: without, class: "located" }, Curve { residual: after, class: "after" }];
+    panel.curves(&check_s, &[], &curves);
+    svg.push_str("</svg>\n");
+    Some(svg)
+}
+
+/// A case's folder, and the tool that simulates in it.
+struct Case<'c> {
+    tool: &'c Path,
+    folder: &'c Path,
+}
+
+impl Case<'_> {
+    /// Stamps, and recorded minus simulated of the first output.
+    fn residual(&self, run: &str, model: &str) -> Option<(Vec<f64>, Vec<f64>)> {
+        let text = fs::read_to_string(recording(self.folder, run)).ok()?;
+        let column = text.lines().next()?.split(',').nth(2)?.to_owned();
+        let (time_s, recorded) = (column_of(&text, "time_s")?, column_of(&text, &column)?);
         let out = format!("picture_{model}.csv");
-        let done = Command::new(tool)
-            .current_dir(folder)
+        let done = Command::new(self.tool)
+            .current_dir(self.folder)
             .args(["simulate", model, "--input", &format!("{run}.csv"), "--out", &out])
             .output()
             .ok()?;
-        let text = done.status.success().then(|| fs::read_to_string(folder.join(&out)).ok())??;
+        let text = done.status.success().then(|| fs::read_to_string(self.folder.join(&out)).ok())??;
         let simulated = column_of(&text, &column)?;
-        (simulated.len() == recorded.len())
-            .then(|| recorded.iter().zip(&simulated).map(|(one, other)| one - other).collect())
-    };
-    let panels = [
-        Panel {
-            title: "Before: recorded minus the lab's model".to_owned(),
-            residual: residual(MODEL)?,
-            colour: "#8a8f98",
-        },
-        Panel {
-            title: "Located: what the fitted parameters cannot explain without the law found".to_owned(),
-            residual: residual(WITHOUT)?,
-            colour: "#c2410c",
-        },
-        Panel {
-            title: format!("After: with {name}{}", in_words(effect)),
-            residual: residual(EXTENDED)?,
-            colour: "#15803d",
-        },
-    ];
-    Some(drawing(&panels, &time_s))
+        let differ = recorded.iter().zip(&simulated).map(|(one, other)| one - other).collect();
+        (simulated.len() == recorded.len()).then_some((time_s, differ))
+    }
+}
+
+/// The recording that a sentence names as `... of NAME.csv lies at ...`.
+fn recording_named(text: &str) -> Option<&str> {
+    text.split_whitespace().find_map(|word| word.strip_suffix(".csv"))
+}
+
+fn window(value: &Value) -> Option<(f64, f64)> {
+    Some((value.get(0)?.as_f64()?, value.get(1)?.as_f64()?))
+}
+
+fn millimetres(residual: &[f64]) -> String {
+    let square = residual.iter().map(|y| y * y).sum::<f64>() / residual.len().max(1) as f64;
+    format!("{:.3} mm", 1e3 * square.sqrt())
+}
+
+fn name(law: &Value) -> String {
+    let word = |key: &str| law[key].as_str().unwrap_or_default().replace('_', " ");
+    format!("{} at {}", word("id"), word("location"))
 }
 
 /// The parameters of an effect with their standard errors.
@@ -102,61 +152,147 @@ fn without_physics(model: &str) -> String {
     kept
 }
 
-fn drawing(panels: &[Panel], time_s: &[f64]) -> String {
-    let end_s = time_s.last().copied().unwrap_or(1.0);
-    let height = EVERY * panels.len() as f64 + 40.0;
-    let width = PANEL.0 + 2.0 * MARGIN;
-    let mut svg = format!(
+fn beginning() -> String {
+    let (width, height) = (PANEL.0 + 2.0 * MARGIN, TOP + 4.0 * EVERY - 20.0);
+    format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
-    );
-    // All panels on one scale: that what is left becomes small is the point.
-    let most = panels.iter().flat_map(|panel| &panel.residual).fold(1e-12_f64, |most, y| most.max(y.abs()));
-    for (number, panel) in panels.iter().enumerate() {
-        let top = EVERY * number as f64 + 40.0;
-        let (middle, scale) = (top + 0.5 * PANEL.1, 0.5 * PANEL.1 / most);
-        let rms =
-            (panel.residual.iter().map(|y| y * y).sum::<f64>() / panel.residual.len().max(1) as f64).sqrt();
-        // Writing into a string cannot fail.
-        let _ = write!(
-            svg,
-            "<text x=\"{MARGIN}\" y=\"{}\" font-weight=\"bold\">{}</text>\n\
-             <rect x=\"{MARGIN}\" y=\"{top}\" width=\"{}\" height=\"{}\" fill=\"#f6f7f9\"/>\n\
-             <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">{:.3} mm rms</text>\n\
-             <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">{:.1} mm</text>\n\
-             <text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"#444\">−{:.1} mm</text>\n",
-            top - 10.0,
-            panel.title,
-            PANEL.0,
-            PANEL.1,
-            MARGIN + PANEL.0 - 6.0,
-            top + PANEL.1 - 8.0,
-            1e3 * rms,
-            MARGIN - 6.0,
-            top + 10.0,
-            1e3 * most,
-            MARGIN - 6.0,
-            top + PANEL.1,
-            1e3 * most,
-        );
-        let mut path = String::new();
-        for (t, y) in time_s.iter().zip(&panel.residual) {
-            let (x, y) = (MARGIN + PANEL.0 * t / end_s, middle - scale * y);
-            let _ = write!(path, "{}{x:.1} {y:.1}", if path.is_empty() { "M" } else { "L" });
-        }
+         {STYLE}<rect class=\"page\" width=\"{width}\" height=\"{height}\"/>\n"
+    )
+}
+
+/// Panels one below the other.
+struct Panel<'p> {
+    svg: &'p mut String,
+    number: usize,
+}
+
+// Writing into a string cannot fail.
+impl Panel<'_> {
+    fn top(&self) -> f64 {
+        TOP + EVERY * self.number as f64
+    }
+
+    fn title(&mut self, words: &str) {
+        let (first, rest) = words.split_once(':').unwrap_or((words, ""));
+        let y = self.top() - 12.0;
+        let (first, rest) = (escaped(first), escaped(rest));
         let _ = writeln!(
-            svg,
-            "<path d=\"{path}\" fill=\"none\" stroke=\"{}\" stroke-width=\"0.8\"/>",
-            panel.colour
+            self.svg,
+            "<text class=\"words\" x=\"{MARGIN}\" y=\"{y}\"><tspan font-weight=\"bold\">{first}</tspan>:{rest}</text>"
         );
     }
-    let _ = write!(
-        svg,
-        "<text x=\"{MARGIN}\" y=\"{y}\" fill=\"#444\">0 s</text><text x=\"{}\" y=\"{y}\" text-anchor=\"end\" fill=\"#444\">{end_s:.0} s</text>\n</svg>\n",
-        MARGIN + PANEL.0,
-        y = EVERY * (panels.len() as f64 - 1.0) + 40.0 + PANEL.1 + 18.0,
-    );
-    svg
+
+    /// Curves on one scale over the same stamps, windows behind them.
+    fn curves(&mut self, time_s: &[f64], windows: &[(f64, f64)], curves: &[Curve]) {
+        let (top, end_s) = (self.top(), time_s.last().copied().unwrap_or(1.0));
+        let most =
+            curves.iter().flat_map(|curve| &curve.residual).fold(1e-12_f64, |most, y| most.max(y.abs()));
+        let (middle, scale) = (top + 0.5 * PANEL.1, 0.5 * PANEL.1 / most);
+        self.area(top);
+        for (from_s, to_s) in windows {
+            let (x, to) = (MARGIN + PANEL.0 * from_s / end_s, MARGIN + PANEL.0 * to_s.min(end_s) / end_s);
+            let _ = writeln!(
+                self.svg,
+                "<rect class=\"window\" x=\"{x:.1}\" y=\"{top}\" width=\"{:.1}\" height=\"{}\"/>",
+                to - x,
+                PANEL.1
+            );
+        }
+        for curve in curves {
+            let path = outline(time_s, &curve.residual, end_s, |y| middle - scale * y);
+            let _ = writeln!(
+                self.svg,
+                "<path class=\"{}\" d=\"{path}\" fill=\"none\" stroke-width=\"1\"/>",
+                curve.class
+            );
+        }
+        let left = MARGIN - 6.0;
+        let _ = writeln!(
+            self.svg,
+            "<g class=\"small\" font-size=\"11\"><text x=\"{left}\" y=\"{}\" text-anchor=\"end\">{2:.1} mm</text>\
+             <text x=\"{left}\" y=\"{}\" text-anchor=\"end\">−{2:.1} mm</text>\
+             <text x=\"{MARGIN}\" y=\"{3}\">0 s</text><text x=\"{4}\" y=\"{3}\" text-anchor=\"end\">{end_s:.0} s</text></g>",
+            top + 10.0,
+            top + PANEL.1,
+            1e3 * most,
+            top + PANEL.1 + 15.0,
+            MARGIN + PANEL.0,
+        );
+        self.number += 1;
+    }
+
+    /// The laws that were fitted, by how many standard errors each improves the held-out recordings.
+    fn candidates(&mut self, answer: &Value) {
+        let top = self.top();
+        self.area(top);
+        let gain = |law: &Value| law["held_out_z"].as_f64();
+        let mut laws: Vec<(&Value, f64)> = answer["candidates"]
+            .as_array()
+            .into_iter()
+            .flatten()
+            .filter_map(|law| Some((law, gain(law)?)))
+            .collect();
+        laws.sort_by(|a, b| b.1.total_cmp(&a.1));
+        laws.truncate(1 + RIVALS);
+        let most = laws.first().map_or(1.0, |(_, gain)| gain.max(1.0));
+        for (row, (law, gain)) in laws.iter().enumerate() {
+            let y = top + 6.0 + 19.0 * row as f64;
+            let class = if law["named"] == true { "named" } else { "bar" };
+            let _ = writeln!(
+                self.svg,
+                "<text class=\"words\" x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"12\">{}</text>\
+                 <rect class=\"{class}\" x=\"{}\" y=\"{y}\" width=\"{:.1}\" height=\"13\"/>\
+                 <text class=\"small\" x=\"{:.1}\" y=\"{}\" font-size=\"11\">{gain:.1}</text>",
+                MARGIN + 215.0,
+                y + 11.0,
+                escaped(&name(law)),
+                MARGIN + 225.0,
+                540.0 * gain.max(0.0) / most,
+                MARGIN + 231.0 + 540.0 * gain.max(0.0) / most,
+                y + 11.0,
+            );
+        }
+        let _ = writeln!(
+            self.svg,
+            "<text class=\"small\" x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\">standard errors by which the law, fitted, improves the held-out recordings</text>",
+            MARGIN + PANEL.0,
+            top + PANEL.1 + 15.0,
+        );
+        self.number += 1;
+    }
+
+    fn area(&mut self, top: f64) {
+        let _ = writeln!(
+            self.svg,
+            "<rect class=\"area\" x=\"{MARGIN}\" y=\"{top}\" width=\"{}\" height=\"{}\"/>",
+            PANEL.0, PANEL.1
+        );
+    }
+}
+
+fn escaped(words: &str) -> String {
+    words.replace('&', "&amp;").replace('<', "&lt;")
+}
+
+/// A path through the least and the greatest value of every pixel.
+fn outline(time_s: &[f64], values: &[f64], end_s: f64, y_of: impl Fn(f64) -> f64) -> String {
+    let pixel = |t: f64| (PANEL.0 * t / end_s).round();
+    let mut path = String::new();
+    let mut points = time_s.iter().zip(values).peekable();
+    while let Some((t, first)) = points.next() {
+        let x = pixel(*t);
+        let (mut least, mut most) = (*first, *first);
+        while let Some((_, value)) = points.next_if(|(t, _)| pixel(**t) == x) {
+            least = least.min(*value);
+            most = most.max(*value);
+        }
+        let x = MARGIN + x;
+        let _ = write!(path, "{}{x} {:.1}", if path.is_empty() { 'M' } else { 'L' }, y_of(least));
+        if most > least {
+            let _ = write!(path, "V{:.1}", y_of(most));
+        }
+    }
+    path
 }
 
 #[cfg(test)]
@@ -168,5 +304,18 @@ mod tests {
         let model = "schema = 1\n[base]\nmass_kg = 2.0\n\n[[physics]]\nid = \"x\"\n[physics.parameters]\nforce = 1.0\n\n[input]\ncolumn = \"force_N\"\n";
         let kept = without_physics(model);
         assert_eq!(kept, "schema = 1\n[base]\nmass_kg = 2.0\n\n[input]\ncolumn = \"force_N\"\n");
+    }
+
+    #[test]
+    fn an_outline_has_the_extremes_of_every_pixel() {
+        let time_s: Vec<f64> = (0..8200).map(|k| f64::from(k) * 1e-3).collect();
+        let values: Vec<f64> = (0..8200).map(|k| if k == 4107 { 9.0 } else { f64::from(k % 2) }).collect();
+        let path = outline(&time_s, &values, 8.2, |y| y);
+        assert!(path.contains("V9.0") && path.starts_with("M85 0.0V1.0L86 0.0V1.0"), "{path:.60}");
+        assert!(path.len() < 20 * 821);
+        assert_eq!(
+            recording_named("62 % of what is left in tip_deflection_m of third.csv lies at 8 s."),
+            Some("third")
+        );
     }
 }

@@ -228,7 +228,7 @@ pub(super) fn make(data: &Path, made: &Made) -> io::Result<Table> {
                 let equivalent = reference.iter().enumerate().map(|(k, r)| r + pulse_of(k)).collect();
                 table.with("reference_m", equivalent)
             };
-            Ok(table.means(mean_of).from_zero())
+            Ok(table.means(mean_of).starting_at_zero())
         }
         Made::Band { file, from_s, to_s, low_hz, high_hz, keep_every } => {
             let table = Table::read(&data.join(file))?;

@@ -94,7 +94,7 @@ impl Table {
     }
 
     /// The same with the time starting at 0.
-    pub(super) fn from_zero(mut self) -> Self {
+    pub(super) fn starting_at_zero(mut self) -> Self {
         if let Some(time_s) = self.columns.first_mut() {
             let origin_s = time_s.first().copied().unwrap_or(0.0);
             time_s.iter_mut().for_each(|t| *t -= origin_s);
@@ -142,10 +142,10 @@ mod tests {
     #[test]
     fn a_part_of_a_file_starts_at_time_zero() {
         let whole = Table::parse("time_s,x_m\n0.0,1\n0.5,2\n1.0,\n1.5,4\n");
-        let part = whole.clone().part(1, 3).from_zero();
+        let part = whole.clone().part(1, 3).starting_at_zero();
         assert_eq!(part.to_csv(), "time_s,x_m\n0.000000,2e0\n0.500000,\n");
         assert_eq!(whole.clone().between(0.5, 1.5).to_csv(), whole.clone().part(1, 3).to_csv());
-        let means = Table::parse("time_s,x_m\n0.0,1\n0.5,2\n1.0,3\n1.5,4\n").means(2).from_zero();
+        let means = Table::parse("time_s,x_m\n0.0,1\n0.5,2\n1.0,3\n1.5,4\n").means(2).starting_at_zero();
         assert_eq!(means.to_csv(), "time_s,x_m\n0.000000,1.5e0\n1.000000,3.5e0\n");
     }
 

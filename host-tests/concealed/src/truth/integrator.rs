@@ -31,6 +31,9 @@ enum Contact {
     Slips { forward: bool },
 }
 
+/// A force from time, positions and velocities.
+pub type Renewed<'r> = &'r mut dyn FnMut(f64, &Vector, &Vector) -> f64;
+
 /// A plant with forces, ready to run.
 pub struct Machine<'a> {
     plant: &'a LinearPlant,
@@ -88,7 +91,7 @@ impl<'a> Machine<'a> {
         input: &dyn Fn(f64) -> Jet,
         step_s: f64,
         count: usize,
-        (every, renewed): (usize, &mut dyn FnMut(f64, &Vector, &Vector) -> f64),
+        (every, renewed): (usize, Renewed<'_>),
     ) -> Track {
         let mut state = State { x: start.0, v: start.1, memory: [0.0; MOST_FORCES] };
         let mut contacts = vec![Contact::Sticks; self.forces.len()];

@@ -4,7 +4,7 @@ pub use super::devices::Device;
 use super::devices::{Seen, electronics};
 use super::drive::Signal;
 use super::excitation::Excitation;
-use super::integrator::{Force, Machine, Track};
+use super::integrator::{Force, Machine, Renewed, Track};
 use super::jet::Jet;
 use super::law::{Action, Drive, Physics, Sensor, action};
 use super::plant::{BeamMachine, LinearPlant, PositionLoop, RENEWAL_S, SlideMachine, Vector};
@@ -152,7 +152,7 @@ impl Rig {
             let reference = || excitation.joined(time_s, rate_hz);
             self.position_loop.map_or(0.0, |PositionLoop { kp, kv }| kv * (kp * (reference() - x[0]) - v[0]))
         };
-        let held = (cuts / renewals, &mut controller as &mut dyn FnMut(f64, &Vector, &Vector) -> f64);
+        let held = (cuts / renewals, &mut controller as Renewed<'_>);
         let track = machine.run_holding((aside, Vector::zeros()), &input, step_s, count * cuts, held);
         Some(self.read(&track, excitation, interval_s, count))
     }

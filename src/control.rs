@@ -14,7 +14,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
-use crate::motion::{FinePosition, MotionPlan, StopPlan};
+use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseScale, Pulses};
 use crate::shaper::{Cascade, Shaping};
@@ -98,8 +98,8 @@ pub struct TickOutput {
 pub struct Links<'m> {
     /// Requests from the console.
     pub requests: Consumer<'m, Request<'m>>,
-    /// History memory of replaced cascades, going back.
-    pub retired: Producer<'m, &'m mut [i32]>,
+    /// History memory of replaced cascades and what motions borrowed, going back.
+    pub retired: Producer<'m, MotionMemory<'m>>,
     /// Samples on their way to the serial port.
     pub samples: Producer<'m, Sample>,
     /// Events on their way to the console.
@@ -218,7 +218,7 @@ impl<'m> Controller<'m> {
         let encoder = self.observe(inputs);
         self.advance_command();
         let (shaped, retired) = self.shaping.step(self.command);
-        self.give_back(retired);
+        self.give_back(retired.map(MotionMemory::History));
         let before = self.setpoint;
         self.setpoint = self.guarded(shaped);
         let analog = self.setup.analog.code(self.setpoint, before);
@@ -240,10 +240,10 @@ impl<'m> Controller<'m> {
         }
     }
 
-    fn give_back(&mut self, history: Option<&'m mut [i32]>) {
-        if let Some(history) = history {
-            // The queue has room for both histories there are, so this cannot fail.
-            let _returned = offer(&mut self.links.retired, history);
+    fn give_back(&mut self, memory: Option<MotionMemory<'m>>) {
+        if let Some(memory) = memory {
+            // One of the two histories is always live; the queue has room for the other and an uploaded command.
+            let _returned = offer(&mut self.links.retired, memory);
         }
     }
 
@@ -269,7 +269,7 @@ impl<'m> Controller<'m> {
                     Ok(replaced) => replaced,
                     Err(refused) => Some(refused.history),
                 };
-                self.give_back(replaced);
+                self.give_back(replaced.map(MotionMemory::History));
             }
             Request::Configure(setup) => self.configure(setup),
             Request::Emergency => {

@@ -5,6 +5,7 @@ use heapless::spsc::{Consumer, Queue};
 use crate::console::{self, Console, Identity};
 use crate::control::{Controller, Links, Request};
 use crate::fault::{EventLog, EventRecord, MAX_EVENTS};
+use crate::motion::{MotionMemory, PieceMemory};
 use crate::settings::Settings;
 use crate::shaper::{Cascade, ShaperTable};
 use crate::telemetry::{Sample, Status};
@@ -31,7 +32,8 @@ const REQUEST_QUEUE: usize = 4;
 /// All memory of a machine but its two histories. The board keeps one in a `static`, tests make as many as they like.
 pub struct Machine<'m> {
     requests: Queue<Request<'m>, REQUEST_QUEUE>,
-    retired: Queue<&'m mut [i32], 3>,
+    retired: Queue<MotionMemory<'m>, 3>,
+    plans: [PieceMemory; 2],
     samples: Queue<Sample, SAMPLE_QUEUE>,
     events: Queue<EventRecord, EVENT_QUEUE>,
     status: Status,
@@ -53,6 +55,7 @@ impl<'m> Machine<'m> {
         Self {
             requests: Queue::new(),
             retired: Queue::new(),
+            plans: [PieceMemory::new(), PieceMemory::new()],
             samples: Queue::new(),
             events: Queue::new(),
             status: Status::new(),
@@ -84,7 +87,9 @@ impl<'m> Machine<'m> {
             events: EventLog::new(events),
             status,
         };
-        let console = Console::new(identity, settings, identity_table, spare, links);
+        let [arriving, plan] = &mut self.plans;
+        let memory = console::Memory { spare_history: spare, plans: [arriving, plan] };
+        let console = Console::new(identity, settings, identity_table, memory, links);
         Parts { controller, console, samples }
     }
 }

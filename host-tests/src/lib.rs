@@ -5,4 +5,5 @@ pub mod bench;
 pub mod emulator;
 pub mod flash;
 pub mod identification_records;
+pub mod played_plans;
 pub mod still_beam;

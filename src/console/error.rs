@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
-use super::upload::UploadError;
+use super::upload::{UploadError, UploadKind};
 use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
@@ -90,8 +90,13 @@ pub enum CommandError<'l> {
         /// What the pulses can follow, in mm/s.
         most_mm_s: f64,
     },
-    /// A table was not taken.
-    Upload(UploadError),
+    /// A table or a plan was not taken.
+    Upload {
+        /// Which.
+        kind: UploadKind,
+        /// Why.
+        error: UploadError,
+    },
     /// The settings could not be stored. This one may have changed some of what is stored.
     Flash(StoreError),
 }
@@ -194,7 +199,7 @@ impl fmt::Display for CommandError<'_> {
                 "range pulses.steps_per_mm: follows at most {most_mm_s:.3} mm/s at this tick rate, \
                  move.velocity_mm_s is {limit_mm_s}"
             ),
-            Self::Upload(error) => write!(f, "{} table: {error}", error.code()),
+            Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
         }
     }

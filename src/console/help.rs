@@ -7,7 +7,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 26] = [
+static COMMANDS: [(&str, &str); 28] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -19,6 +19,8 @@ static COMMANDS: [(&str, &str); 26] = [
     ("save", "stores what runs, so that it survives a reset; at rest only"),
     ("shaper on|off", "shapes or passes the command through"),
     ("table begin|frame|commit|abort|show", "a shaper designed elsewhere; see docs/protocol.md"),
+    ("plan begin|frame|commit|abort|show", "a command designed elsewhere; see docs/protocol.md"),
+    ("play [back]", "the uploaded plan from here on, or its mirror image"),
     ("move POSITION_MM", "to an absolute position, with move.profile"),
     (
         "sweep linear|exponential FROM_HZ TO_HZ SECONDS|RATE AMPLITUDE",

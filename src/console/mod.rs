@@ -18,7 +18,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
 use crate::fault::{Event, EventLog, Fault};
-use crate::motion::MultisineDrawing;
+use crate::motion::{MotionMemory, MultisineDrawing, PieceMemory, PlanOutline};
 use crate::restart::Restart;
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::{ShaperTable, UploadedTable};
@@ -59,12 +59,20 @@ pub enum Effect {
 pub struct Links<'m> {
     /// Requests to the interrupt.
     pub requests: Producer<'m, Request<'m>>,
-    /// History memory of replaced cascades, coming back.
-    pub retired: Consumer<'m, &'m mut [i32]>,
+    /// History memory of replaced cascades and what motions borrowed, coming back.
+    pub retired: Consumer<'m, MotionMemory<'m>>,
     /// What has happened.
     pub events: EventLog<'m>,
     /// The newest values.
     pub status: &'m Status,
+}
+
+/// Memory that the console lends to the interrupt.
+pub struct Memory<'m> {
+    /// The history that no table uses.
+    pub spare_history: &'m mut [i32],
+    /// A plan that arrives, and one that has.
+    pub plans: [&'m mut PieceMemory; 2],
 }
 
 /// The state of the console.
@@ -85,8 +93,12 @@ pub struct Console<'m> {
     table: ShaperTable,
     /// The table that `shaper.source` may select.
     uploaded: Option<UploadedTable>,
-    /// The table on its way.
+    /// The table or plan on its way, and what has come of it.
     upload: Option<Upload>,
+    arriving: &'m mut PieceMemory,
+    /// The plan that `play` plays, and its memory, which is away meanwhile.
+    plan: Option<PlanOutline>,
+    plan_memory: Option<&'m mut PieceMemory>,
     streaming: Streaming,
     /// Whether lines without a checksum are refused.
     checksum_required: bool,
@@ -95,7 +107,7 @@ pub struct Console<'m> {
     spare_history: Option<&'m mut [i32]>,
     history_samples: usize,
     requests: Producer<'m, Request<'m>>,
-    retired: Consumer<'m, &'m mut [i32]>,
+    retired: Consumer<'m, MotionMemory<'m>>,
     events: EventLog<'m>,
     restart: Restart,
     status: &'m Status,
@@ -108,10 +120,11 @@ impl<'m> Console<'m> {
         identity: Identity,
         settings: Settings,
         table: ShaperTable,
-        spare_history: &'m mut [i32],
+        memory: Memory<'m>,
         links: Links<'m>,
     ) -> Self {
         let Links { requests, retired, events, status } = links;
+        let Memory { spare_history, plans: [arriving, plan_memory] } = memory;
         Self {
             identity,
             editor: LineEditor::new(),
@@ -125,6 +138,9 @@ impl<'m> Console<'m> {
             table,
             uploaded: None,
             upload: None,
+            arriving,
+            plan: None,
+            plan_memory: Some(plan_memory),
             streaming: Streaming::default(),
             checksum_required: false,
             reply_has_checksum: false,
@@ -329,6 +345,16 @@ impl<'m> Console<'m> {
     fn prompt(&self, out: &mut dyn Write) {
         if self.editor.echo() {
             let _best_effort = out.write_str("> ");
+        }
+    }
+
+    /// Takes back what the interrupt no longer needs.
+    fn reclaim(&mut self) {
+        while let Some(memory) = self.retired.dequeue() {
+            match memory {
+                MotionMemory::History(history) => self.spare_history = Some(history),
+                MotionMemory::Pieces(pieces) => self.plan_memory = Some(pieces),
+            }
         }
     }
 

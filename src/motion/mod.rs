@@ -11,7 +11,10 @@ pub mod limits;
 pub mod r#move;
 pub mod multisine;
 pub mod multisine_spec;
+pub mod outline;
+pub mod pieces;
 pub mod plan;
+pub mod played;
 pub mod profile;
 pub mod pulse;
 mod quintic;
@@ -31,7 +34,10 @@ pub use limits::MoveLimits;
 pub use r#move::MovePlan;
 pub use multisine::{MultisineDrawing, MultisinePlan};
 pub use multisine_spec::{MultisineSpec, Phases};
-pub use plan::MotionPlan;
+pub use outline::{PlanError, PlanOutline};
+pub use pieces::{Piece, PieceCourse, PieceMemory};
+pub use plan::{MotionMemory, MotionPlan};
+pub use played::PlayedPlan;
 pub use profile::Profile;
 pub use pulse::{PulsePlan, PulseSpec};
 pub use spec::MotionSpec;
@@ -102,6 +108,15 @@ pub enum MotionError {
         /// Samples there are.
         available: usize,
     },
+    /// No command was uploaded that could be played.
+    NoPlan,
+    /// The uploaded command is for another tick rate.
+    PlanRate {
+        /// The command's, hertz.
+        rate_hz: f64,
+        /// The board's, hertz.
+        tick_hz: f64,
+    },
     /// The motion would take more ticks than can be counted.
     TooLong {
         /// How long it would take.
@@ -150,6 +165,13 @@ impl fmt::Display for MotionError {
             Self::Memory { needed, available } => write!(
                 f,
                 "the table needs {needed} knots, there is room for {available}; shorten PERIOD_S or lower TO_HZ"
+            ),
+            Self::NoPlan => {
+                f.write_str("no plan was uploaded; 'stillbeam plan --upload' makes and sends one")
+            }
+            Self::PlanRate { rate_hz, tick_hz } => write!(
+                f,
+                "the plan is for {rate_hz} Hz, the board ticks at {tick_hz} Hz; plan it for that rate, or set tick.rate_hz"
             ),
             Self::TooLong { seconds } => write!(f, "would take {seconds:.0} s; slow moves must be split"),
         }

@@ -1,6 +1,8 @@
 //! Any motion, ready for the interrupt.
 
-use super::{DecayPlan, FinePosition, MovePlan, MultisinePlan, PulsePlan, SweepPlan};
+use super::{
+    DecayPlan, FinePosition, MovePlan, MultisinePlan, PieceMemory, PlayedPlan, PulsePlan, SweepPlan,
+};
 use crate::telemetry::Activity;
 
 /// A motion that starts from rest and ends at rest.
@@ -16,6 +18,17 @@ pub enum MotionPlan<'m> {
     Pulse(PulsePlan),
     /// A move, and nothing for a while.
     Decay(DecayPlan),
+    /// A command that was designed elsewhere.
+    Played(PlayedPlan<'m>),
+}
+
+/// Memory that a motion borrowed.
+#[derive(Debug)]
+pub enum MotionMemory<'m> {
+    /// A shaper's history, used for a table.
+    History(&'m mut [i32]),
+    /// An uploaded command.
+    Pieces(&'m mut PieceMemory),
 }
 
 impl<'m> MotionPlan<'m> {
@@ -27,6 +40,7 @@ impl<'m> MotionPlan<'m> {
             Self::Multisine(plan) => plan.duration_ticks(),
             Self::Pulse(plan) => plan.duration_ticks(),
             Self::Decay(plan) => plan.duration_ticks(),
+            Self::Played(plan) => plan.duration_ticks(),
         }
     }
 
@@ -39,6 +53,7 @@ impl<'m> MotionPlan<'m> {
             Self::Multisine(plan) => plan.step(),
             Self::Pulse(plan) => plan.step(),
             Self::Decay(plan) => plan.step(),
+            Self::Played(plan) => plan.step(),
         }
     }
 
@@ -50,13 +65,15 @@ impl<'m> MotionPlan<'m> {
             Self::Multisine(_) => Activity::Multisine,
             Self::Pulse(_) => Activity::Pulsing,
             Self::Decay(_) => Activity::Decaying,
+            Self::Played(_) => Activity::Playing,
         }
     }
 
-    /// The memory of its table, when it has one.
-    pub fn into_memory(self) -> Option<&'m mut [i32]> {
+    /// The memory that it borrowed, when it did.
+    pub fn into_memory(self) -> Option<MotionMemory<'m>> {
         match self {
-            Self::Multisine(plan) => Some(plan.into_memory()),
+            Self::Multisine(plan) => Some(MotionMemory::History(plan.into_memory())),
+            Self::Played(plan) => Some(MotionMemory::Pieces(plan.into_memory())),
             _ => None,
         }
     }

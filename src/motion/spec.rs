@@ -23,6 +23,11 @@ pub enum MotionSpec {
     Pulse(PulseSpec),
     /// A move and hold.
     Decay(DecaySpec),
+    /// The command that was uploaded.
+    Play {
+        /// Whether as its mirror image.
+        back: bool,
+    },
 }
 
 /// A motion's words were missing, too many or not understood.
@@ -43,15 +48,16 @@ impl fmt::Display for NotAMotion {
 impl core::error::Error for NotAMotion {}
 
 /// How each motion is asked for; the first word is its command.
-pub const USAGES: [&str; 5] = [
+pub const USAGES: [&str; 6] = [
     "move POSITION_MM",
     "sweep linear|exponential FROM_HZ TO_HZ SECONDS|RATE AMPLITUDE",
     "multisine FROM_HZ TO_HZ PERIOD_S PERIODS AMPLITUDE_MM [schroeder|SEED]",
     "pulse DISTANCE_MM [SECONDS]",
     "decay DISTANCE_MM SECONDS",
+    "play [back]",
 ];
 
-const COMMANDS: [&str; 5] = ["move", "sweep", "multisine", "pulse", "decay"];
+const COMMANDS: [&str; 6] = ["move", "sweep", "multisine", "pulse", "decay", "play"];
 
 type Words<'l> = core::str::SplitAsciiWhitespace<'l>;
 
@@ -95,6 +101,13 @@ impl MotionSpec {
                     Some(word) => Some(finite(word)?),
                 },
             }),
+            "play" => Self::Play {
+                back: match words.next() {
+                    None => false,
+                    Some("back") => true,
+                    Some(_) => return None,
+                },
+            },
             "decay" => Self::Decay(DecaySpec { distance_mm: number(words)?, hold_s: number(words)? }),
             _ => return None,
         };
@@ -109,6 +122,7 @@ impl MotionSpec {
             Self::Multisine(_) => "multisine",
             Self::Pulse(_) => "pulse",
             Self::Decay(_) => "decay",
+            Self::Play { .. } => "play",
         }
     }
 
@@ -139,6 +153,8 @@ impl MotionSpec {
             }
             Self::Pulse(spec) => MotionPlan::Pulse(PulsePlan::new(spec, context)?),
             Self::Decay(spec) => MotionPlan::Decay(DecayPlan::new(spec, context)?),
+            // What was uploaded is the console's.
+            Self::Play { .. } => return Err(MotionError::NoPlan),
         })
     }
 }

@@ -149,11 +149,13 @@ pub enum Activity {
     Pulsing = 7,
     /// A short move, and the hold after it in which the machine decays freely.
     Decaying = 8,
+    /// An uploaded command is played.
+    Playing = 9,
 }
 
 impl Activity {
     /// Every activity.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Rest,
         Self::Moving,
         Self::Sweeping,
@@ -163,6 +165,7 @@ impl Activity {
         Self::Multisine,
         Self::Pulsing,
         Self::Decaying,
+        Self::Playing,
     ];
 
     /// The activity of this number, if there is one.
@@ -187,6 +190,7 @@ impl Activity {
             Self::Multisine => "multisine",
             Self::Pulsing => "pulsing",
             Self::Decaying => "decaying",
+            Self::Playing => "playing",
         }
     }
 }

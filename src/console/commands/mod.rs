@@ -2,16 +2,19 @@
 
 mod faults;
 mod motions;
+mod plan;
 mod reports;
 mod setting_values;
 mod shaping;
 mod streaming;
 mod table;
+mod upload;
 mod words;
 
 use core::fmt::{self, Write};
 
 use super::error::CommandError;
+use super::upload::UploadKind;
 use super::{Console, help};
 use crate::motion::MotionSpec;
 use words::no_more;
@@ -36,7 +39,8 @@ impl Console<'_> {
             "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
             "save" => no_more(words, "save", "save").and_then(|()| self.save()),
             "shaper" => self.switch_shaper(words, out),
-            "table" => self.table(words, out),
+            "table" => self.upload(UploadKind::Table, words, out),
+            "plan" => self.upload(UploadKind::Plan, words, out),
             "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
             "emergency" => no_more(words, "emergency", "emergency").and_then(|()| self.emergency(out)),
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),

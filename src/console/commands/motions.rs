@@ -1,4 +1,4 @@
-//! `move`, `sweep`, `multisine`, `pulse`, `decay`, `stop`.
+//! `move`, `sweep`, `multisine`, `pulse`, `decay`, `stop`; `play` is in `plan`.
 
 use core::fmt::Write;
 
@@ -26,11 +26,14 @@ impl<'m> Console<'m> {
         if let MotionSpec::Multisine(spec) = spec {
             return self.start_drawing(spec, &context);
         }
+        if let MotionSpec::Play { back } = spec {
+            return self.play(*back, out);
+        }
         let plan = spec.plan(&context, &mut None).map_err(|error| CommandError::Motion { command, error })?;
         self.start_plan(plan, command, &context, out)
     }
 
-    fn start_plan(
+    pub(super) fn start_plan(
         &mut self,
         plan: MotionPlan<'m>,
         command: &'static str,
@@ -43,7 +46,7 @@ impl<'m> Console<'m> {
         Ok(())
     }
 
-    fn motion_context(&self) -> MotionContext {
+    pub(super) fn motion_context(&self) -> MotionContext {
         MotionContext {
             start: self.status.command(),
             limits: MoveLimits { shaper_gain: self.table.absolute_gain(), ..self.live.limits() },
@@ -59,7 +62,8 @@ impl<'m> Console<'m> {
         spec: &MultisineSpec,
         context: &MotionContext,
     ) -> Result<(), CommandError<'static>> {
-        let memory = self.spare_history.take().or_else(|| self.retired.dequeue());
+        self.reclaim();
+        let memory = self.spare_history.take();
         let Some(memory) = memory else {
             return Err(CommandError::Busy { command: "multisine", reason: Busy::Handover });
         };
@@ -129,6 +133,7 @@ impl Announced {
             },
             MotionPlan::Decay(plan) => Detail::Decay { move_ticks: plan.move_ticks() },
             MotionPlan::Move(plan) => Detail::Move { to: plan.target() },
+            MotionPlan::Played(plan) => Detail::Move { to: plan.target() },
             MotionPlan::Sweep(_) | MotionPlan::Pulse(_) => Detail::None,
         };
         Self { ticks, settled_ticks: ticks + shaper_ticks, detail }

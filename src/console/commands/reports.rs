@@ -17,6 +17,10 @@ impl Console<'_> {
         say(out, format_args!("shaper_modes {}", table.stages().len()));
         self.describe_table(out);
         self.describe_uploaded(out);
+        match &self.plan {
+            Some(plan) => say(out, format_args!("plan_crc32 0x{:08x}", plan.crc32)),
+            None => say(out, format_args!("plan_crc32 none")),
+        }
         self.describe_stored(out);
         self.describe_restart(out);
         say(out, format_args!("ok info"));

@@ -6,7 +6,7 @@ use super::say;
 use super::words::{Words, no_more, parse_switch};
 use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
-use crate::console::upload::UploadError;
+use crate::console::upload::{UploadError, UploadKind};
 use crate::control::Request;
 use crate::settings::{Settings, ShaperSource};
 use crate::shaper::table::TableError;
@@ -54,8 +54,10 @@ impl Console<'_> {
         let tick_rate = settings.tick_rate().attainable(self.identity.timer_clock_hz);
         if tick_rate != self.table.tick_rate() {
             self.require_rest(command)?;
-        } else if let activity @ (Activity::Sweeping | Activity::Multisine | Activity::Pulsing) =
-            self.status.activity()
+        } else if let activity @ (Activity::Sweeping
+        | Activity::Multisine
+        | Activity::Pulsing
+        | Activity::Playing) = self.status.activity()
         {
             // See `shaper::handover`: the command must not reverse while a table is replaced.
             return Err(CommandError::Busy { command, reason: Busy::Activity(activity) });
@@ -67,7 +69,8 @@ impl Console<'_> {
         if needed > available {
             return Err(CommandError::Memory { needed, available, tick_rate });
         }
-        let history = self.spare_history.take().or_else(|| self.retired.dequeue());
+        self.reclaim();
+        let history = self.spare_history.take();
         let Some(history) = history else {
             return Err(CommandError::Busy { command, reason: Busy::Handover });
         };
@@ -87,15 +90,16 @@ impl Console<'_> {
 
     /// The table that the settings select.
     fn shaper(&self, settings: &Settings, tick_rate: TickRate) -> Result<ShaperTable, CommandError<'static>> {
+        let kind = UploadKind::Table;
         match (settings.shaper_source(), &self.uploaded) {
             (ShaperSource::Designed, _) => design(settings, tick_rate),
-            (ShaperSource::Uploaded, None) => Err(CommandError::Upload(UploadError::NoTable)),
+            (ShaperSource::Uploaded, None) => Err(CommandError::Upload { kind, error: UploadError::NoTable }),
             (ShaperSource::Uploaded, Some(uploaded)) if uploaded.tick_rate() == tick_rate => {
                 Ok(uploaded.table())
             }
             (ShaperSource::Uploaded, Some(uploaded)) => {
                 let rate_hz = uploaded.tick_rate().hz();
-                Err(CommandError::Upload(UploadError::Rate { rate_hz, tick_rate }))
+                Err(CommandError::Upload { kind, error: UploadError::Rate { kind, rate_hz, tick_rate } })
             }
         }
     }

@@ -227,9 +227,12 @@ pub enum TableProblem {
     /// Taps that no board would run.
     #[error("{0}; write the table again with `stillbeam shape`")]
     Taps(stillbeam_firmware::shaper::TapsError),
+    /// Pieces that no board would play.
+    #[error("{0}; write the plan again with `stillbeam plan --json FILE`")]
+    Plan(stillbeam_firmware::motion::PlanError),
     /// The taps were changed after the CRC was computed.
     #[error(
-        "crc32 is {written} but the taps give {computed}: the file was edited or damaged; write the table again"
+        "crc32 is {written} but the content gives {computed}: the file was edited or damaged; write it again"
     )]
     Checksum {
         /// The CRC in the file.

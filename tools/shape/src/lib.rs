@@ -55,4 +55,4 @@ pub use mode_spec::{DEFAULT_TYPE, StagePlan, parse_mode, parse_stage, parse_type
 pub use optimal::{ModeBox, OptimalRequest, OptimalShaper, ROUNDING, worst_over_box};
 pub use residual::cascade_residual;
 pub use stage_type::{KnownStageTypes, StageType};
-pub use whole_move::{MoveBounds, MoveRequest, PlayedMove, command_residual};
+pub use whole_move::{BoardPlan, MoveBounds, MoveRequest, PlanEntry, PlayedMove, command_residual};

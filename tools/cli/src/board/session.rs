@@ -157,7 +157,7 @@ impl Session {
     /// [`BoardError::Protocol`], [`BoardError::Io`].
     pub fn command(&mut self, command: &str) -> Result<Reply, BoardError> {
         let name = command.split(' ').next().unwrap_or_default();
-        let repeatable = REPEATABLE.contains(&name) && command != "table commit";
+        let repeatable = REPEATABLE.contains(&name) && !command.ends_with(" commit");
         for _ in 1..ATTEMPTS {
             match self.exchange(command)? {
                 Answer::Reply(reply) => return reply,

@@ -7,8 +7,9 @@ use serde::Serialize;
 use stillbeam_firmware::settings::Settings;
 use stillbeam_firmware::shaper::ShaperType;
 use stillbeam_recording::Recording;
-use stillbeam_shape::{MoveBounds, MoveRequest, StageType};
+use stillbeam_shape::{MoveBounds, MoveRequest, PlanEntry, StageType};
 
+use super::upload::send_plan;
 use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::report::plan_page::plan_page;
@@ -18,11 +19,13 @@ use crate::streams::{Streams, json_on_stdout};
 /// Plan the shortest move within limits that leaves every mode within a tolerance, wherever in its box it is.
 ///
 /// The whole command is solved for, not a move and a shaper one after the other. It is written tick by tick as a recording
-/// (`time_s, setpoint_m`), which `stillbeam simulate --input` takes; the firmware has no motion that plays such a file.
+/// (`time_s, setpoint_m`), which `stillbeam simulate --input` takes, and sent to the board as pieces of constant jerk, which it plays to the
+/// same nanometres: `play` in the console, or `stillbeam record play`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
   stillbeam plan --distance 50 --limits 500,5000,1e6 --mode 1.1,0.0074 --mode 6.9,0.0033 --box 5% --out move.csv
+  stillbeam plan --distance 50 --limits 500,5000,1e6 --box modes.json --upload /dev/ttyACM0
   stillbeam plan --distance 50 --box modes.json --reversing --report move.html")]
 pub struct PlanArgs {
     /// From rest to rest, in mm
@@ -45,7 +48,10 @@ pub struct PlanArgs {
     /// Write the setpoints to this file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Write the comparison as JSON to this file, or to standard output for -
+    /// Send the plan to the board at this serial port (or core, or qemu), for `play`
+    #[arg(long, value_name = "PORT")]
+    upload: Option<String>,
+    /// Write the plan and the comparison as JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
     /// Write a report to this file
@@ -58,6 +64,7 @@ struct Numbers<'n> {
     schema_version: u32,
     rate_hz: f64,
     tolerance: f64,
+    plan: PlanEntry,
     moves: Vec<MoveNumbers<'n>>,
 }
 
@@ -90,6 +97,7 @@ impl PlanArgs {
             schema_version: 1,
             rate_hz: planned.rate_hz,
             tolerance: self.tolerance,
+            plan: planned.plan.entry(),
             moves: moves.iter().map(MoveNumbers::of).collect(),
         };
         if json_on_stdout(self.json.as_deref()) {
@@ -106,6 +114,9 @@ impl PlanArgs {
                 .with_column("setpoint_m", planned.positions_m().collect());
             stillbeam_recording::write_csv(path, &recording)?;
             streams.say(&format!("wrote {}", path.display()));
+        }
+        if let Some(port) = &self.upload {
+            send_plan(&planned.plan, port, streams)?;
         }
         if let Some(file) = &self.report {
             streams.write_text(file, &plan_page(&request, &moves, &task.described))?;

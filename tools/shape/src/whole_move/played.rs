@@ -2,8 +2,10 @@
 
 use stillbeam_firmware::units::TickRate;
 
-use super::programme::{Corners, INTERVALS};
+use super::board_plan::BoardPlan;
+use super::programme::Corners;
 use super::request::MoveRequest;
+use super::rounded;
 use crate::error::ShapeError;
 use crate::optimal::ModeBox;
 use crate::optimal::boundary;
@@ -19,9 +21,11 @@ const NANOMETRES: f64 = 1e9;
 pub struct PlayedMove {
     /// Ticks per second.
     pub rate_hz: f64,
+    /// The move as the board plays it.
+    pub plan: BoardPlan,
     /// Positions in nanometres from the start, one per tick; the first is 0 and the last the distance.
     pub positions_nm: Vec<i64>,
-    /// Largest magnitudes before rounding to nanometres: velocity in m/s, acceleration in m/s², jerk in m/s³.
+    /// Largest magnitudes of the board's sums: velocity in m/s, acceleration in m/s², jerk in m/s³.
     pub reached: [f64; 3],
     /// Residual of each nominal mode, of the rounded positions, as a fraction of a step's.
     pub nominal: Vec<f64>,
@@ -30,24 +34,19 @@ pub struct PlayedMove {
 }
 
 impl PlayedMove {
-    pub(super) fn new(
-        request: &MoveRequest,
-        rate: TickRate,
-        ticks: u32,
-        corners: &Corners,
-    ) -> Result<Self, ShapeError> {
-        let duration_s = rate.seconds(ticks);
-        let nanometres = request.distance_m * NANOMETRES;
-        let positions_nm: Vec<i64> = (0..=ticks)
-            .map(|tick| {
-                let position = position(corners, f64::from(tick) / f64::from(ticks));
-                (position.clamp(-1e3, 1e3) * nanometres).round() as i64
-            })
-            .collect();
+    pub(super) fn new(request: &MoveRequest, rate: TickRate, corners: &Corners) -> Result<Self, ShapeError> {
+        let distance_nm = (request.distance_m * NANOMETRES).round() as i64;
+        let plan = BoardPlan { rate_hz: rate.hz(), pieces: rounded::pieces(corners, distance_nm) };
+        let course = plan.course();
+        let mut positions_nm = course.positions_nm;
+        // The last tick of the board's is the end, whatever the sums are.
+        positions_nm.pop();
+        positions_nm.push(distance_nm);
         let mut played = Self {
             rate_hz: rate.hz(),
+            plan,
             positions_nm,
-            reached: reached(request, duration_s, corners),
+            reached: course.reached,
             nominal: Vec::new(),
             worst_over_box: Vec::new(),
         };
@@ -96,35 +95,4 @@ pub fn command_residual(positions: &[i64], rate_hz: f64, mode: &ModeBox) -> f64 
     };
     let peaks = boundary::peaks(mode, duration_s, JUDGED_FINER, &residual);
     peaks.iter().map(|peak| peak.residual).fold(0.0, f64::max)
-}
-
-/// The position at a place of the duration, both in parts of the whole.
-fn position(corners: &Corners, place: f64) -> f64 {
-    let h = 1.0 / INTERVALS as f64;
-    let whole = ((place * INTERVALS as f64) as usize).min(INTERVALS - 1);
-    let mut position = 0.0;
-    let corner = |index: usize| {
-        let read = |values: &[f64]| values.get(index).copied().unwrap_or(0.0);
-        (read(&corners.acceleration), read(&corners.velocity))
-    };
-    for index in 0..whole {
-        let ((a, v), (b, _)) = (corner(index), corner(index + 1));
-        position += h * v + h * h * (2.0 * a + b) / 6.0;
-    }
-    let ((a, v), (b, _)) = (corner(whole), corner(whole + 1));
-    let t = place - whole as f64 * h;
-    position + t * v + 0.5 * t * t * a + t * t * t * (b - a) / (6.0 * h)
-}
-
-fn reached(request: &MoveRequest, duration_s: f64, corners: &Corners) -> [f64; 3] {
-    let h = 1.0 / INTERVALS as f64;
-    let largest =
-        |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, |most: f64, value| most.max(value.abs()));
-    let (a, v) = (&corners.acceleration, &corners.velocity);
-    let middles = v.iter().zip(a).map(|(v, a)| v + 0.5 * h * a);
-    let velocity = largest(&mut v.iter().copied().chain(middles));
-    let acceleration = largest(&mut a.iter().copied());
-    let jerk = largest(&mut a.iter().zip(a.iter().skip(1)).map(|(before, after)| (after - before) / h));
-    let unit = request.distance_m / duration_s;
-    [velocity * unit, acceleration * unit / duration_s, jerk * unit / (duration_s * duration_s)]
 }

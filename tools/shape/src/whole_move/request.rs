@@ -18,6 +18,18 @@ pub struct MoveBounds {
     pub jerk_m_s3: f64,
 }
 
+impl MoveBounds {
+    /// The bounds that the solver is given: its own accuracy and the rounding of jerks take a little.
+    pub(super) fn aimed_at(self) -> Self {
+        const LESS: f64 = 1.0 - 1e-6;
+        Self {
+            velocity_m_s: LESS * self.velocity_m_s,
+            acceleration_m_s2: LESS * self.acceleration_m_s2,
+            jerk_m_s3: LESS * self.jerk_m_s3,
+        }
+    }
+}
+
 /// A request for the shortest move.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MoveRequest {

@@ -3,7 +3,7 @@
 use stillbeam_firmware::units::TickRate;
 
 use super::played::PlayedMove;
-use super::programme::{Corners, Ended, ringing, solve};
+use super::programme::{Corners, Ended, Grid, ringing, solve};
 use super::request::MoveRequest;
 use crate::error::ShapeError;
 use crate::optimal::boundary::{self, FINER};
@@ -47,7 +47,7 @@ impl<'r> Search<'r> {
                 None => low = middle,
             }
         }
-        PlayedMove::new(self.request, self.rate, high, &best)
+        PlayedMove::new(self.request, self.rate, &best)
     }
 
     /// The quickest that velocity alone allows.
@@ -63,8 +63,9 @@ impl<'r> Search<'r> {
         let mut poles: Vec<Pole> = modes.iter().flat_map(|mode| boundary::grid(mode, duration_s)).collect();
         poles.extend(&self.poles);
         for _ in 0..ROUNDS {
-            let Ended::Best(corners) = solve(self.request, duration_s, &poles)? else { return Ok(None) };
-            let residual = |pole: &Pole| ringing(&corners, pole, duration_s);
+            let grid = Grid::new(ticks, duration_s);
+            let Ended::Best(corners) = solve(self.request, grid, &poles)? else { return Ok(None) };
+            let residual = |pole: &Pole| ringing(&corners, pole);
             let held = poles.iter().map(residual).fold(0.0, f64::max);
             if held > most {
                 return Ok(None);

@@ -215,8 +215,8 @@ fn what_is_whole_but_no_plan_is_refused_and_the_one_before_stays() {
         (overlaid(100, &[(0, 50_000_000)])[..3].to_vec(), "it does not end at rest on a whole nanometre"),
         (vec![piece(10, 0), piece(0, 5)], "piece 1 has no ticks"),
         (longest, "131073 ticks, 131072 at most; plan a shorter move or a lower tick rate"),
-        (vec![piece(10, i64::MIN)], "piece 0 goes beyond 2 m, or 2 mm in a tick"),
-        (vec![piece(10, 0), piece(5000, 1 << 50)], "piece 1 goes beyond 2 m, or 2 mm in a tick"),
+        (vec![piece(10, i64::MIN)], "piece 0 goes beyond 2 m, or 8 mm in a tick"),
+        (vec![piece(10, 0), piece(5000, 1 << 50)], "piece 1 goes beyond 2 m, or 8 mm in a tick"),
     ] {
         let lines = upload_lines(&pieces, RATE_HZ);
         let (commit, frames) = lines.split_last().expect("lines");

@@ -1,8 +1,11 @@
 //! Any plan that is accepted: its end is exact, its limits are kept tick by tick, and a stop out of any tick of it stays inside the travel.
 
 use proptest::prelude::*;
+use stillbeam_firmware::motion::pieces::FRACTION_BITS;
+use stillbeam_firmware::motion::stop::Braking;
 use stillbeam_firmware::motion::{
-    FinePosition, MoveLimits, Piece, PlanError, PlanOutline, PlayedPlan, Profile,
+    FinePosition, MotionContext, MotionError, MoveLimits, Piece, PlanError, PlanOutline, PlayedPlan, Profile,
+    StopPlan,
 };
 use stillbeam_firmware::units::{Nanometres, TickRate};
 use stillbeam_host_tests::bench::Bench;
@@ -166,8 +169,8 @@ fn check_play(case: &Case, limits: [f64; 3]) -> Result<(), TestCaseError> {
     fine.resize(fine.len() + 4, *fine.last().expect("an end"));
     let mut values: Vec<f64> =
         fine.iter().map(|position| (position.0 - fine[0].0) as f64 / 2f64.powi(24) * 1e-6).collect();
-    // Positions are cut off to 2^-24 nm and the end is put right by at most 10^-3 nm.
-    let mut rounding = 1.1e-9;
+    // Positions are cut off to 2^-24 nm and the end is put right by at most 4·10^-3 nm.
+    let mut rounding = 4.2e-9;
     for limit in limits {
         values = values.windows(2).map(|pair| (pair[1] - pair[0]) * case.rate_hz).collect();
         rounding *= 2.0 * case.rate_hz;
@@ -189,8 +192,70 @@ impl Case {
             }
             before += i128::from(piece.ticks);
         }
-        ((sum + (1 << 39)) >> 40) as i32
+        ((sum + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS) as i32
     }
+}
+
+/// The lowest and the highest position of the stops out of every tick, and of the plan itself, in mm from its beginning.
+fn all_stops_mm(case: &Case, limits: &MoveLimits) -> (f64, f64) {
+    let (outline, rate) = (case.outline(), TickRate::from_hz(case.rate_hz).expect("a rate"));
+    let mut memory = Box::new(heapless::Vec::from_slice(&bytes(&case.pieces)).expect("it fits"));
+    let mut plan = PlayedPlan::new(&outline, case.backwards, Nanometres(0), &mut memory);
+    let braking = Braking::new(limits, case.profile, rate);
+    let mut recent = [FinePosition::default(); 3];
+    let (mut low, mut high) = (0, 0);
+    while let Some(position) = plan.step() {
+        recent = [recent[1], recent[2], position];
+        let mut stop = StopPlan::new(recent, braking);
+        for position in std::iter::once(position).chain(std::iter::from_fn(|| stop.step())) {
+            (low, high) = (position.rounded().0.min(low), position.rounded().0.max(high));
+        }
+    }
+    (1e-6 * f64::from(low), 1e-6 * f64::from(high))
+}
+
+/// The narrowest travel with which the plan is accepted.
+fn narrowest_mm(case: &Case, limits: &MoveLimits) -> (f64, f64) {
+    let (outline, rate) = (case.outline(), TickRate::from_hz(case.rate_hz).expect("a rate"));
+    let mut travel_mm = (-1e-9, 1e-9);
+    for _ in 0..8 {
+        let context = MotionContext {
+            start: Nanometres(0),
+            limits: MoveLimits { travel_mm, ..*limits },
+            profile: case.profile,
+            moving_mass_kg: 0.0,
+            rate,
+        };
+        match outline.check(&bytes(&case.pieces), case.backwards, &context) {
+            Ok(()) => return travel_mm,
+            Err(MotionError::Travel { position_mm, .. }) => {
+                travel_mm = (travel_mm.0.min(position_mm), travel_mm.1.max(position_mm));
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+    panic!("refused whatever the travel is");
+}
+
+fn check_reach(
+    case: &Case,
+    [velocity_mm_s, acceleration_mm_s2, jerk_mm_s3]: [f64; 3],
+) -> Result<(), TestCaseError> {
+    let travel_mm = (-1000.0, 1000.0);
+    let limits = MoveLimits { velocity_mm_s, acceleration_mm_s2, jerk_mm_s3, travel_mm, shaper_gain: 1.0 };
+    let (low_mm, high_mm) = all_stops_mm(case, &limits);
+    let narrowest_mm = narrowest_mm(case, &limits);
+    let limits = MoveLimits { travel_mm: narrowest_mm, ..limits };
+    let rate = TickRate::from_hz(case.rate_hz).expect("a rate");
+    let slack_mm = limits.stop_overshoot_mm(case.profile, rate) + 2e-6;
+    prop_assert!(narrowest_mm.0 - slack_mm <= low_mm, "{low_mm} {narrowest_mm:?}");
+    prop_assert!(narrowest_mm.1 + slack_mm >= high_mm, "{high_mm} {narrowest_mm:?}");
+    // What stops in whole ticks differ by from those in the continuum.
+    let tick_s = 1.0 / case.rate_hz;
+    let ticks_mm = slack_mm + 0.02 * (high_mm - low_mm) + 30.0 * acceleration_mm_s2 * tick_s * tick_s;
+    prop_assert!(narrowest_mm.0 >= low_mm - ticks_mm, "{low_mm} {narrowest_mm:?} {ticks_mm}");
+    prop_assert!(narrowest_mm.1 <= high_mm + ticks_mm, "{high_mm} {narrowest_mm:?} {ticks_mm}");
+    Ok(())
 }
 
 proptest! {
@@ -201,6 +266,14 @@ proptest! {
         let limits = case.limits();
         prop_assume!(limits.is_some());
         check_stop(&case, limits.expect("checked"))?;
+    }
+
+    /// Tick by tick: the travel that is asked for is what stops need, and hardly more.
+    #[test]
+    fn the_travel_that_a_plan_needs_is_that_of_its_stops(case in case()) {
+        let limits = case.limits();
+        prop_assume!(limits.is_some());
+        check_reach(&case, limits.expect("checked"))?;
     }
 
     #[test]

@@ -10,10 +10,12 @@ use super::{MotionContext, MotionError, Profile};
 use crate::shaper::uploaded::crc32;
 use crate::units::{Nanometres, TickRate};
 
-/// Larger jerks, accelerations and velocities could overflow: 2 mm per tick.
+/// Larger jerks, accelerations and velocities could overflow: 8 mm per tick.
 const LARGEST: i64 = 1 << 61;
-/// What may be left at the end: of the position in fine units (10⁻³ nm), of velocity and acceleration in theirs (2·10⁻⁵ nm per tick).
-const LEFT: (i64, i64) = (1 << 14, 1 << 24);
+/// What may be left at the end: of the position in fine units (4·10⁻³ nm), of velocity and acceleration in theirs (2·10⁻⁵ nm per tick).
+const LEFT: (i64, i64) = (1 << 16, 1 << 22);
+/// A solver's standstill: slower than 4·10⁻³ nm per tick is neither forwards nor back.
+const STANDING: i64 = 1 << 30;
 
 /// An uploaded command in outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +32,9 @@ pub struct PlanOutline {
     pub distance: Nanometres,
     /// The lowest and the highest position on the way.
     pub span: (Nanometres, Nanometres),
-    /// The largest magnitudes of jerk, acceleration and velocity, in units of 2⁻⁴⁰ nm per tick³, tick² and tick.
+    /// Whether it goes back on the way. One that does not, a stop out of it ends before itself.
+    pub reverses: bool,
+    /// The largest magnitudes of jerk, acceleration and velocity, in units of 2⁻³⁸ nm per tick³, tick² and tick.
     largest: [i64; 3],
 }
 
@@ -49,7 +53,7 @@ pub enum PlanError {
         /// How many, or as many as could be counted.
         ticks: u32,
     },
-    /// Further than 2 m, or faster than 2 mm per tick.
+    /// Further than 2 m, or faster than 8 mm per tick.
     TooFast {
         /// The number of the piece, from zero.
         piece: usize,
@@ -66,7 +70,7 @@ impl fmt::Display for PlanError {
             Self::TooLong { ticks } => {
                 write!(f, "{ticks} ticks, {MAX_PLAN_TICKS} at most; plan a shorter move or a lower tick rate")
             }
-            Self::TooFast { piece } => write!(f, "piece {piece} goes beyond 2 m, or 2 mm in a tick"),
+            Self::TooFast { piece } => write!(f, "piece {piece} goes beyond 2 m, or 8 mm in a tick"),
             Self::NotAtRest => f.write_str("it does not end at rest on a whole nanometre"),
         }
     }
@@ -88,8 +92,10 @@ impl PlanOutline {
             ticks,
             distance: Nanometres(0),
             span: (Nanometres(0), Nanometres(0)),
+            reverses: false,
             largest: [0; 3],
         };
+        let (mut forwards, mut backwards) = (false, false);
         let mut course = PieceCourse::default();
         let (mut played, mut left) = (0_u32, i64::MAX);
         while let Some(position) = course.step(bytes) {
@@ -103,10 +109,13 @@ impl PlanOutline {
                 *largest = (*largest).max(value.abs());
             }
             outline.distance = position.rounded();
+            let [_, _, velocity] = derivatives;
+            (forwards, backwards) = (forwards | (velocity > STANDING), backwards | (velocity < -STANDING));
             left = (position.0 - super::FinePosition::from(outline.distance).0).abs();
             let (low, high) = outline.span;
             outline.span = (low.min(outline.distance), high.max(outline.distance));
         }
+        outline.reverses = forwards & backwards;
         let [_, acceleration, velocity] = course.derivatives();
         if left > LEFT.0 || acceleration.abs() > LEFT.1 || velocity.abs() > LEFT.1 {
             return Err(PlanError::NotAtRest);
@@ -129,17 +138,16 @@ impl PlanOutline {
             |low: f64, high: f64| limits.check_span(from(low).min(from(high)), from(low).max(from(high)));
         let (low, high) = (f64::from(self.span.0.0), f64::from(self.span.1.0));
         check(low, high)?;
+        if !self.reverses {
+            return Ok(());
+        }
         // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to be looked at.
         let most = 1e6 * limits.stopping_distance_mm(velocity, acceleration, *profile);
         if check(low - most, high + most).is_ok() {
             return Ok(());
         }
         let (stops_low, stops_high) = StopReach::new(limits, *profile, *rate).of(bytes);
-        // Stops have that much room past the travel, for they brake in whole ticks.
-        let slack = 1e6 * limits.stop_overshoot_mm(*profile, *rate);
-        let low = if stops_low < low - slack { stops_low } else { low };
-        let high = if stops_high > high + slack { stops_high } else { high };
-        check(low, high)
+        check(low.min(stops_low), high.max(stops_high))
     }
 
     /// The largest velocity in mm/s, acceleration in mm/s² and jerk in mm/s³.
@@ -190,7 +198,7 @@ fn per_tick(units: i64) -> f64 {
     libm::scalbn(units as f64, -(FRACTION_BITS as i32))
 }
 
-/// How far a stop goes. In single precision, for it is asked in every tick of a command; 10⁻⁶ of the way is within what stops may go past the travel.
+/// How far a stop goes. In single precision, for it is asked in every tick of a command.
 struct StopReach {
     /// nm per tick².
     deceleration: f32,
@@ -199,6 +207,11 @@ struct StopReach {
 }
 
 impl StopReach {
+    /// Stops brake in whole ticks, which takes them further by this part of their way,
+    const MORE: f64 = 0.005;
+    /// and by as much as the full deceleration makes in one tick, so many times.
+    const TICKS: f32 = 16.0;
+
     fn new(limits: &MoveLimits, profile: Profile, rate: TickRate) -> Self {
         let per_tick = limits.per_tick(rate);
         let jerk = profile.limits_jerk().then_some(per_tick.jerk as f32);
@@ -213,25 +226,35 @@ impl StopReach {
         while let Some(position) = course.step(bytes) {
             let [_, acceleration, velocity] = course.derivatives().map(|units| units as f32 * scale);
             let here = f64::from(position.rounded().0);
-            let (below, above) = self.from_here(velocity, acceleration);
-            (low, high) = (low.min(here - f64::from(below)), high.max(here + f64::from(above)));
+            let (below, above) = self.past(velocity, acceleration);
+            let (below, above) = (f64::from(below), f64::from(above));
+            let more = Self::MORE * (below + above) + f64::from(Self::TICKS * self.deceleration);
+            (low, high) = (low.min(here - below - more), high.max(here + above + more));
         }
         (low, high)
     }
 
-    /// How far below and above where it begins a stop gets that has this velocity and acceleration.
-    fn from_here(&self, velocity: f32, acceleration: f32) -> (f32, f32) {
+    /// How far below and above where it begins a stop gets out of a tick with this velocity and acceleration, which are differences: the velocity
+    /// is that of half a tick before and the acceleration that of a whole one.
+    fn past(&self, velocity: f32, acceleration: f32) -> (f32, f32) {
         let Some(jerk) = self.jerk else {
-            let distance = 0.5 * velocity * velocity / self.deceleration;
+            // v − A, v − 2A … to zero.
+            let speed = libm::fabsf(velocity);
+            let distance = 0.5 * (speed * (speed / self.deceleration - 1.0)).max(0.0);
             return if velocity < 0.0 { (distance, 0.0) } else { (0.0, distance) };
         };
+        let velocity = velocity + 0.5 * acceleration;
         // The velocity that there is when the acceleration has been taken back says in which direction the stop goes.
         let direction = velocity + 0.5 * acceleration * libm::fabsf(acceleration) / jerk;
+        let forwards = |velocity: f32, acceleration: f32| {
+            let acceleration = (acceleration - jerk).max(-self.deceleration).min(acceleration);
+            self.ahead(velocity - jerk / 3.0, acceleration, jerk)
+        };
         if direction < 0.0 {
-            let (behind, ahead) = self.ahead(-velocity, -acceleration, jerk);
+            let (behind, ahead) = forwards(-velocity, -acceleration);
             (ahead, behind)
         } else {
-            self.ahead(velocity, acceleration, jerk)
+            forwards(velocity, acceleration)
         }
     }
 
@@ -250,8 +273,14 @@ impl StopReach {
             return (0.0, brake - release * (peak + acceleration * release / 6.0));
         }
         let released = release * (velocity + acceleration * release / 3.0);
-        // Where the velocity still is the other way, it runs out in a curve below its chord.
-        let back = if velocity < 0.0 { velocity * velocity / acceleration } else { 0.0 };
+        // Where the velocity still is the other way, it runs out after this time.
+        let back = if velocity < 0.0 {
+            let root = libm::sqrtf((acceleration * acceleration + 2.0 * jerk * velocity).max(0.0));
+            let time = (acceleration - root) / jerk;
+            -time * (velocity + 0.5 * time * (acceleration - jerk * time / 3.0))
+        } else {
+            0.0
+        };
         (back, released + brake)
     }
 }

@@ -1,6 +1,6 @@
 //! A command that was designed elsewhere, as pieces of constant jerk, summed up in integers.
 //!
-//! With the jerk j of the piece, tick by tick: a += j, v += a, x += v. All are in units of 2⁻⁴⁰ nm per tick³, tick² and tick, and nothing is
+//! With the jerk j of the piece, tick by tick: a += j, v += a, x += v. All are in units of 2⁻³⁸ nm per tick³, tick² and tick, and nothing is
 //! rounded: x keeps what is finer than a [`FinePosition`]. So host and board have the same positions to the last bit, and what
 //! rounding the jerks did is known to whoever chose them (docs/derivations.md, "Uploaded commands").
 
@@ -9,7 +9,7 @@ use heapless::Vec;
 use super::fine::FinePosition;
 
 /// Fractional bits of jerk, acceleration and velocity in nanometres per tick³, tick² and tick.
-pub const FRACTION_BITS: u32 = 40;
+pub const FRACTION_BITS: u32 = 38;
 /// What velocities have more of them than positions.
 const FINER_BITS: u32 = FRACTION_BITS - FinePosition::FRACTION_BITS;
 
@@ -83,7 +83,7 @@ impl PieceCourse {
         Some(FinePosition(self.position))
     }
 
-    /// Jerk, acceleration and velocity of the last tick, in units of 2⁻⁴⁰ nm per tick³, tick² and tick.
+    /// Jerk, acceleration and velocity of the last tick, in units of 2⁻³⁸ nm per tick³, tick² and tick.
     pub fn derivatives(&self) -> [i64; 3] {
         [self.jerk, self.acceleration, self.velocity]
     }

@@ -6,6 +6,7 @@
 mod console;
 mod frames;
 mod model;
+mod plan;
 mod recording;
 mod settings;
 mod table;
@@ -21,6 +22,8 @@ pub enum Target {
     Frames,
     /// Tables as bytes, and their way through the console.
     Table,
+    /// Plans as bytes, likewise.
+    Plan,
     /// The flash that holds the settings.
     Settings,
     /// Recordings, taken for what they look like.
@@ -33,10 +36,11 @@ pub enum Target {
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Console,
         Self::Frames,
         Self::Table,
+        Self::Plan,
         Self::Settings,
         Self::Recording,
         Self::RecordingAs(Format::Csv),
@@ -53,6 +57,7 @@ impl Target {
             Self::Console => "console",
             Self::Frames => "frames",
             Self::Table => "table",
+            Self::Plan => "plan",
             Self::Settings => "settings",
             Self::Recording => "recording",
             Self::RecordingAs(Format::Csv) => "csv",
@@ -79,6 +84,7 @@ impl Target {
             Self::Console => console::run(input),
             Self::Frames => frames::run(input),
             Self::Table => table::run(input),
+            Self::Plan => plan::run(input),
             Self::Settings => settings::run(input),
             Self::Recording => recording::run(input, None),
             Self::RecordingAs(format) => recording::run(input, Some(format)),

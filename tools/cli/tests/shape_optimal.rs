@@ -83,7 +83,16 @@ fn a_planned_move_is_a_recording_that_simulate_takes() {
             ["plan", "--distance", "50", "--mode", "1.1,0.0074", "--mode", "6.9,0.0033", "--json", "-"];
         json(&accepted(&[&arguments[..], extra].concat()))
     };
-    let numbers = plan(&["--out", &out, "--report", &report, "--reversing"]);
+    let numbers = plan(&["--out", &out, "--report", &report, "--reversing", "--upload", "core"]);
+    let file = path("plan.json");
+    std::fs::write(&file, numbers.to_string()).unwrap();
+    let sent = stillbeam(&["upload", &file, "--port", "core"]);
+    assert_eq!(sent.code, 0, "{}", sent.messages);
+    let crc32 = numbers["plan"]["crc32"].as_str().unwrap();
+    assert!(sent.messages.contains(crc32) && sent.messages.contains("50000000 nm"), "{}", sent.messages);
+    std::fs::write(&file, numbers.to_string().replace(crc32, "0x00000000")).unwrap();
+    refused(&["upload", &file, "--port", "core"], &["plan.json", "crc32 is 0x00000000"]);
+    refused(&["upload", &path("none.json"), "--port", "core"], &["none.json"]);
     let moves = numbers["moves"].as_array().unwrap();
     assert_eq!(moves.len(), 6);
     for planned in &moves[4..] {

@@ -89,6 +89,27 @@ fn it_holds_the_tolerance_and_the_limits_and_is_shorter_than_a_shaped_move() {
     assert!(durations_s.windows(2).all(|pair| pair[1] < pair[0] - 0.05), "{durations_s:?}");
 }
 
+/// Whatever the tick rate, the board's sums end where they should to far less than the 0.004 nm that it asks for.
+#[test]
+fn rounding_leaves_less_than_the_board_asks_for() {
+    for (rate_hz, distance_m) in [(500.0, 0.2), (1000.0, 0.0123456789), (4000.0, 0.05), (20_000.0, 0.3)] {
+        let played = MoveRequest { rate_hz, distance_m, ..request(paper_modes()) }.solve().unwrap();
+        let bytes = played.plan.bytes();
+        let mut course = stillbeam_firmware::motion::PieceCourse::default();
+        let end = std::iter::from_fn(|| course.step(&bytes)).last().unwrap();
+        let off_nm = end.0 as f64 / 2f64.powi(24) - (distance_m * 1e9).round();
+        let [_, acceleration, velocity] = course.derivatives().map(|units| units as f64 / 2f64.powi(38));
+        println!("{rate_hz} Hz: off by {off_nm:.1e} nm, {velocity:.1e} nm, {acceleration:.1e} nm");
+        assert!(off_nm.abs() < 1e-3 && velocity.abs() < 2e-6 && acceleration.abs() < 4e-9);
+        assert_eq!(played.plan.ticks() as usize + 1, played.positions_nm.len());
+        let rate = stillbeam_firmware::units::TickRate::from_hz(rate_hz).unwrap();
+        let outline = stillbeam_firmware::motion::PlanOutline::of(rate, &bytes).unwrap();
+        let [velocity, acceleration, jerk] = outline.largest_mm();
+        assert!(velocity <= 1e3 * BOUNDS.velocity_m_s && acceleration <= 1e3 * BOUNDS.acceleration_m_s2);
+        assert!(jerk <= 1e3 * BOUNDS.jerk_m_s3, "{jerk}");
+    }
+}
+
 #[test]
 fn the_residual_of_a_step_is_all_of_it() {
     let area = ModeBox::around(2.0, 0.0, 0.1, 0.0).unwrap();

@@ -22,10 +22,11 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
     -Cllvm-args=-sanitizer-coverage-trace-compares";
 
 /// The targets, their share of the executions in per cent, and the longest input in bytes. The slow ones get less.
-const TARGETS: [(&str, usize, usize); 11] = [
+const TARGETS: [(&str, usize, usize); 12] = [
     ("console", 4, 400),
-    ("frames", 36, 600),
+    ("frames", 34, 600),
     ("table", 6, 540),
+    ("plan", 2, 600),
     ("settings", 10, 3072),
     ("recording", 4, 1024),
     ("csv", 8, 1024),

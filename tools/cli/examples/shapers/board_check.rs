@@ -1,12 +1,12 @@
-//! A table on a board: uploaded, moved, compared with the host, and felt by perturbed modes.
+//! A table or a plan on a board: uploaded, moved or played, compared with the host, and felt by perturbed modes.
 
 use std::error::Error;
 
-use stillbeam::board::BoardTarget;
+use stillbeam::board::{BoardTarget, StreamedMotion};
 use stillbeam::command_signal::{MotionCommand, shaped_setpoints_m};
 use stillbeam_firmware::shaper::ShaperTable;
 use stillbeam_plant::{Mode, PrescribedBase, ResidualVibration};
-use stillbeam_shape::{BoardTable, ModeBox, ShaperDesign};
+use stillbeam_shape::{BoardTable, ModeBox, MoveBounds, PlayedMove, ShaperDesign};
 
 use super::RATE_HZ;
 
@@ -41,6 +41,33 @@ impl Checked {
     }
 }
 
+/// A whole move, played by the board of this name within its limits in m/s, m/s² and m/s³: the same numbers, relative to a step of the same distance.
+pub(super) fn played(
+    board: &str,
+    planned: &PlayedMove,
+    bounds: MoveBounds,
+    boxes: &[ModeBox],
+) -> Result<Checked, Box<dyn Error>> {
+    let mut session = BoardTarget::parse(board).connect(&mut |line| eprintln!("{line}"))?;
+    for (name, limit) in [
+        ("velocity_mm_s", bounds.velocity_m_s),
+        ("acceleration_mm_s2", bounds.acceleration_m_s2),
+        ("jerk_mm_s3", bounds.jerk_m_s3),
+    ] {
+        session.command(&format!("set move.{name} {}", 1e3 * limit))?;
+    }
+    session.command_when_ready("apply")?;
+    session.upload_plan(&planned.plan)?;
+    let motion = session.run_motion("play", DECIMATION, 0.05, &mut |_| {})?;
+    let compared = same_as(&planned.positions_nm, &motion, &planned.plan.crc32().to_string())?;
+    let setpoints_m: Vec<f64> = planned.positions_m().collect();
+    let mut step_m = vec![0.0; setpoints_m.len() - 1];
+    step_m.extend(setpoints_m.last());
+    let worst: Result<Vec<f64>, Box<dyn Error>> =
+        boxes.iter().map(|area| moved(&setpoints_m, &step_m, area)).collect();
+    Ok(Checked { worst: worst?, compared })
+}
+
 /// Compares every setpoint that the board streams of its 50 mm move with the host's, and counts them.
 fn streamed_as(shaped_m: &[f64], board: &str, design: &ShaperDesign) -> Result<usize, Box<dyn Error>> {
     let mut session = BoardTarget::parse(board).connect(&mut |line| eprintln!("{line}"))?;
@@ -48,6 +75,12 @@ fn streamed_as(shaped_m: &[f64], board: &str, design: &ShaperDesign) -> Result<u
     let motion = session.run_motion("move 50", DECIMATION, 0.05, &mut |_| {})?;
     let nanometres = |position_m: f64| (1e9 * position_m).round() as i64;
     let host: Vec<i64> = shaped_m.iter().map(|position_m| nanometres(*position_m)).collect();
+    same_as(&host, &motion, &design.crc32.to_string())
+}
+
+/// Compares streamed setpoints with the host's, one per tick in nanometres, and counts them.
+fn same_as(host: &[i64], motion: &StreamedMotion, what: &str) -> Result<usize, Box<dyn Error>> {
+    let nanometres = |position_m: f64| (1e9 * position_m).round() as i64;
     let streamed: Vec<i64> = motion.setpoints_m().into_iter().map(nanometres).collect();
     // The first sample is up to a decimation before the first change; the move starts at some tick of it.
     let matches = |offset: usize| {
@@ -59,7 +92,7 @@ fn streamed_as(shaped_m: &[f64], board: &str, design: &ShaperDesign) -> Result<u
     if (0..=DECIMATION as usize).any(matches) {
         Ok(streamed.len())
     } else {
-        Err(format!("{}: the board's setpoints are not the host's", design.crc32).into())
+        Err(format!("{what}: the board's setpoints are not the host's").into())
     }
 }
 

@@ -2,7 +2,7 @@
 //! With `picture` it prints docs/results/shapers.svg instead.
 //!
 //! Every table is uploaded to the board of that name (the firmware's core in this process, or the image in the emulator), which
-//! moves 50 mm; each streamed setpoint must be the host's, bit by bit.
+//! moves 50 mm; each streamed setpoint must be the host's, bit by bit. So are whole moves, which it plays.
 
 mod board_check;
 mod moves;
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ),
         rows::section(&board)?,
         rows::negative_section()?,
-        moves::section()?,
+        moves::section(&board)?,
         SOLVERS.to_owned(),
     ];
     print!("{}", page.join("\n"));

@@ -12,7 +12,7 @@ use crate::design::SCHEMA_VERSION;
 use crate::error::{TableFileError, TableProblem};
 use crate::table_text::read_table;
 
-/// A plan as it stands in a file: ticks and jerk of each piece, the jerk in 2⁻⁴⁰ nm per tick³.
+/// A plan as it stands in a file: ticks and jerk of each piece, the jerk in 2⁻³⁸ nm per tick³.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct PlanEntry {
     rate_hz: f64,

@@ -1,8 +1,7 @@
 //! The jerks of a move in the integers of the board.
 //!
-//! Jerks are rounded one after the other, and what the sums are off by then goes into the next: with the errors (e_x, e_v, e_a) before a piece of w ticks
-//! its jerk is changed by −(e_x/w³ + 2 e_v/w² + 11 e_a/(6 w)), which takes each error back within three pieces. So the position is never off by more than
-//! some w³ of the units of jerk, 2⁻⁴⁰ nm, however long the move is.
+//! Jerks are rounded one after the other, and what the sums of position, velocity and acceleration are off by then is taken back by the next three
+//! jerks. So the position is never off by more than some w³ of the units of jerk, 2⁻³⁸ nm, for pieces of w ticks, however long the move is.
 
 use stillbeam_firmware::motion::Piece;
 use stillbeam_firmware::motion::pieces::FRACTION_BITS;
@@ -16,31 +15,60 @@ const LONGEST_TICKS: u32 = 512;
 pub(super) fn pieces(corners: &Corners, distance_nm: i64) -> Vec<Piece> {
     let ideal = ideal_pieces(corners, distance_nm as f64);
     let mut pieces = Vec::with_capacity(ideal.len());
-    let mut sums = Sums::default();
-    for (ticks, jerk) in ideal {
-        let w = f64::from(ticks);
-        let [x, v, a] = sums.off;
-        let wanted = jerk * (1_u64 << FRACTION_BITS) as f64
-            - (x / w.powi(3) + 2.0 * v / w.powi(2) + 11.0 / 6.0 * a / w);
-        let rounded = wanted.round();
-        sums.take(w, rounded - jerk * (1_u64 << FRACTION_BITS) as f64);
-        pieces.push(Piece { ticks, jerk: rounded as i64 });
+    let (mut off, mut changes) = (Sums::default(), [0.0; 3]);
+    for (index, (ticks, jerk)) in ideal.iter().enumerate() {
+        let units = jerk * (1_u64 << FRACTION_BITS) as f64;
+        let next: Vec<f64> = ideal.iter().skip(index).take(3).map(|(ticks, _)| f64::from(*ticks)).collect();
+        // The last two pieces do what the third last has planned for them.
+        let [_, second, third] = changes;
+        changes = match next.as_slice() {
+            [a, b, c] => off.taken_back_by([*a, *b, *c]),
+            _ => [second, third, 0.0],
+        };
+        let rounded = (units + changes[0]).round();
+        off = off.after(f64::from(*ticks), rounded - units);
+        pieces.push(Piece { ticks: *ticks, jerk: rounded as i64 });
     }
     pieces
 }
 
 /// What position, velocity and acceleration are off by, in units of the jerk.
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Sums {
-    off: [f64; 3],
+    position: f64,
+    velocity: f64,
+    acceleration: f64,
 }
 
 impl Sums {
-    /// Goes through a piece whose jerk is off by this.
-    fn take(&mut self, w: f64, jerk: f64) {
-        let [x, v, a] = self.off;
-        let (once, twice, thrice) = (w, w * (w + 1.0) / 2.0, w * (w + 1.0) * (w + 2.0) / 6.0);
-        self.off = [x + once * v + twice * a + thrice * jerk, v + once * a + twice * jerk, a + once * jerk];
+    /// After a piece of w ticks whose jerk is off by this.
+    fn after(self, w: f64, jerk: f64) -> Self {
+        let (twice, thrice) = (w * (w + 1.0) / 2.0, w * (w + 1.0) * (w + 2.0) / 6.0);
+        Self {
+            position: self.position + w * self.velocity + twice * self.acceleration + thrice * jerk,
+            velocity: self.velocity + w * self.acceleration + twice * jerk,
+            acceleration: self.acceleration + w * jerk,
+        }
+    }
+
+    /// The changes of the jerks of three pieces after which nothing is off: by Cramer's rule, every sum being linear in them.
+    fn taken_back_by(self, [a, b, c]: [f64; 3]) -> [f64; 3] {
+        let end = |from: Self, jerks: [f64; 3]| {
+            let [first, second, third] = jerks;
+            let sums = from.after(a, first).after(b, second).after(c, third);
+            [sums.position, sums.velocity, sums.acceleration]
+        };
+        let determinant = |x: [f64; 3], y: [f64; 3], z: [f64; 3]| {
+            x[0] * (y[1] * z[2] - y[2] * z[1]) - y[0] * (x[1] * z[2] - x[2] * z[1])
+                + z[0] * (x[1] * y[2] - x[2] * y[1])
+        };
+        let nothing = Self::default();
+        let (x, y, z) =
+            (end(nothing, [1.0, 0.0, 0.0]), end(nothing, [0.0, 1.0, 0.0]), end(nothing, [0.0, 0.0, 1.0]));
+        let left = end(self, [0.0; 3]).map(|sum| -sum);
+        // Positive for any three pieces.
+        let whole = determinant(x, y, z);
+        [determinant(left, y, z) / whole, determinant(x, left, z) / whole, determinant(x, y, left) / whole]
     }
 }
 

@@ -207,22 +207,23 @@ pub(crate) fn fit(
     starts: &[Vec<f64>],
     effort: Effort,
 ) -> Option<Fitted> {
-    fit_beside(stack, hypothesis, free, start, starts, None, effort)
+    let near = stack.evaluate(&hypothesis.with_values(free, start)?, starts)?;
+    fit_near(stack, hypothesis, free, start, near, None, effort)
 }
 
-/// The same with directions that other parameters, held here, would absorb: the sum of squares is then what is left
-/// once they have been refitted, as far as straight lines go. A few simulations instead of hundreds.
-pub(crate) fn fit_beside(
+/// The same from fits of the recordings nearby, whose initial states and what those could change are good enough to begin
+/// with. `absorbing` are directions that other parameters, held here, would absorb: the sum of squares is then what is left once
+/// they have been refitted, as far as straight lines go. A few simulations instead of hundreds.
+pub(crate) fn fit_near(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
     free: &[FreeParameter],
     start: &[f64],
-    starts: &[Vec<f64>],
+    mut near: Vec<RecordFit>,
     absorbing: Option<&Orthonormal>,
     effort: Effort,
 ) -> Option<Fitted> {
     let mut values = start.to_vec();
-    let mut near = stack.evaluate(&hypothesis.with_values(free, start)?, starts)?;
     let mut best: Option<Fitted> = None;
     for _ in 0..effort.rounds {
         let problem = Problem {

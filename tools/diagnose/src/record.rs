@@ -1,8 +1,10 @@
 //! A recording made ready: the input on a grid fine enough to simulate from, the outputs as recorded.
 
+use std::f64::consts::TAU;
+
 use stillbeam_identify::InputInterpolation;
 use stillbeam_identify::interpolation::PiecewiseCubic;
-use stillbeam_plant::Model;
+use stillbeam_plant::{Model, Rerun};
 use stillbeam_recording::{Recording, Role};
 
 use crate::error::DiagnoseError;
@@ -13,6 +15,10 @@ const LEAST_SAMPLES: usize = 100;
 const POINTS_PER_PERIOD: f64 = 60.0;
 /// The grid is refined at most this often.
 const MOST_REFINEMENT: f64 = 16.0;
+/// Motions this many times faster than the input's band are left to the exact linear part.
+const BEYOND: f64 = 1.6;
+/// Radians that the fastest motion in the band turns in a sub-step of the forces.
+const RADIANS_PER_STEP: f64 = 0.1;
 /// A smooth input has at most this share of its power's changes above a quarter of the sampling rate.
 const SMOOTH: f64 = 1e-3;
 
@@ -57,9 +63,10 @@ pub(crate) struct Record {
     pub(crate) time_s: Vec<f64>,
     /// At `time_s`; `None` for a free decay.
     pub(crate) input: Option<Vec<f64>>,
-    /// What the plant is simulated over: every interval of `time_s` cut into `refinement` parts.
-    pub(crate) grid: Recording,
-    pub(crate) refinement: usize,
+    /// What the plant is simulated over: every interval of `time_s` cut into parts where the input is a spline.
+    pub(crate) rerun: Rerun,
+    /// Sub-steps of forces: as long as what moves in the recorded band allows.
+    pub(crate) longest_step_s: f64,
     pub(crate) outputs: Vec<OutputSignal>,
 }
 
@@ -88,22 +95,24 @@ impl Record {
         for output in &outputs {
             check_output(recording, output, slowest_hz)?;
         }
+        let rate_hz = 1.0 / recording.median_interval_s();
+        let band_hz = band_hz(recording, input.as_deref(), fastest_hz);
         let refinement = match &input {
             Some(samples) if is_smooth(samples) => {
-                let fastest_hz = fastest_hz.unwrap_or(0.0).max(highest_frequency_hz(recording, samples));
-                let rate_hz = 1.0 / recording.median_interval_s();
-                (POINTS_PER_PERIOD * fastest_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize
+                (POINTS_PER_PERIOD * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize
             }
             _ => 1,
         };
         let grid = fine_grid(recording, model, input.as_deref(), refinement);
+        let rerun = Rerun::new(&grid, model, refinement)
+            .map_err(|source| DiagnoseError::Simulation { recording: recording.name.clone(), source })?;
         Ok(Self {
             name: recording.name.clone(),
             role,
             time_s: recording.time_s.clone(),
             input,
-            grid,
-            refinement,
+            rerun,
+            longest_step_s: (RADIANS_PER_STEP / (TAU * band_hz.max(1e-9))).clamp(1e-4, 2e-3),
             outputs,
         })
     }
@@ -213,12 +222,25 @@ fn centred_power(samples: &[f64]) -> f64 {
     samples.iter().map(|value| (value - mean).powi(2)).sum()
 }
 
+/// Highest frequency at which anything of note moves: that of the model's fastest motion, but not far beyond the input's band,
+/// where a lightly damped motion stays small and a simulation that is exact for the linear part follows it in any case.
+fn band_hz(recording: &Recording, input: Option<&[f64]>, fastest_hz: Option<f64>) -> f64 {
+    let fastest_hz = fastest_hz.unwrap_or(0.0);
+    match input {
+        Some(samples) => {
+            let driven_hz = highest_frequency_hz(recording, samples);
+            fastest_hz.min(BEYOND * driven_hz).max(driven_hz)
+        }
+        None => fastest_hz,
+    }
+}
+
 /// A rough upper end of the input's band: from the power of its changes, weighted to where they are fastest.
 fn highest_frequency_hz(recording: &Recording, samples: &[f64]) -> f64 {
     let rate_hz = 1.0 / recording.median_interval_s();
     let first: f64 = samples.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum();
     let second: f64 = samples.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2)).sum();
-    if first > 0.0 { (second / first).sqrt() * rate_hz / std::f64::consts::TAU } else { 0.0 }
+    if first > 0.0 { (second / first).sqrt() * rate_hz / TAU } else { 0.0 }
 }
 
 /// The input on the fine grid, as a recording to simulate over; zeros where the model has no input.

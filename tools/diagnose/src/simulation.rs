@@ -4,16 +4,10 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use stillbeam_plant::state_space::Discrete;
-use stillbeam_plant::{
-    InitialState, Input, LumpedInput, Model, Physics, PlantError, StateSpace, simulate as run,
-};
-use stillbeam_recording::Recording;
+use stillbeam_plant::{InitialState, Model, Physics, PlantError, StateSpace};
 
 use crate::parameters::FreeParameter;
 use crate::record::Record;
-
-/// A column that drives a model which has no input of its own: a force that stays zero.
-const NO_FORCE: &str = "force_N";
 
 /// A model, and how many of its laws were added by the diagnosis.
 #[derive(Debug, Clone)]
@@ -73,23 +67,20 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
 /// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of every
 /// coordinate, on top of the rest that the model starts from.
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
-    let mut model = hypothesis.model.clone();
-    if initial.iter().any(|value| *value != 0.0) {
+    let outputs = if initial.iter().any(|value| *value != 0.0) {
+        let mut model = hypothesis.model.clone();
         let space = StateSpace::new(&model).ok()?;
         set_initial(&mut model, &space, record, initial)?;
-    }
-    let simulated = if model.input().is_some() {
-        run(&model, &record.grid).ok()?
+        record.rerun.outputs(&model, Some(record.longest_step_s)).ok()?
     } else {
-        let grid = with_zero_input(&mut model, &record.grid)?;
-        run(&model, &grid).ok()?
+        record.rerun.outputs(&hypothesis.model, Some(record.longest_step_s)).ok()?
     };
     record
         .outputs
         .iter()
         .map(|output| {
-            let column = simulated.column(&output.column).ok()?;
-            Some(output.at.iter().map(|&k| column[k * record.refinement]).collect())
+            let samples = outputs.get(output.index)?;
+            Some(output.at.iter().map(|&k| samples[k]).collect())
         })
         .collect()
 }
@@ -111,20 +102,6 @@ fn set_initial(model: &mut Model, space: &StateSpace, record: &Record, initial: 
         model.setup_mut().initial.insert(name, state);
     }
     Some(())
-}
-
-fn with_zero_input(model: &mut Model, grid: &Recording) -> Option<Recording> {
-    let input = Input::new(NO_FORCE);
-    match model {
-        Model::BeamOnBase(beam) => beam.input = Some(input),
-        Model::Modal(modal) => modal.input = Some(input),
-        Model::Lumped(lumped) => {
-            let body = lumped.bodies.first()?.name.clone();
-            lumped.input = Some(LumpedInput { signal: input, body, moves_body: false });
-        }
-        _ => return None,
-    }
-    Some(grid.clone().with_column(NO_FORCE, vec![0.0; grid.len()]))
 }
 
 /// Number of values that an initial state is made of.

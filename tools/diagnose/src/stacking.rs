@@ -267,6 +267,32 @@ impl Stack<'_> {
             .collect()
     }
 
+    /// A model with laws, begun from the fits of one without or with fewer: from rest or from their initial states, whichever is
+    /// better, and with what theirs could change. A look; [`Stack::evaluate`] is the answer.
+    pub(crate) fn begin_near(&self, hypothesis: &Hypothesis, near: &[RecordFit]) -> Option<Vec<RecordFit>> {
+        let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
+        (0..self.records.len())
+            .into_par_iter()
+            .map(|index| {
+                let near = &near[index];
+                let from = |start: &[f64]| {
+                    let found = self.evaluate_from(index, hypothesis, start, &near.nuisances);
+                    found.map(|(fit, _)| fit)
+                };
+                let rest = from(&vec![0.0; near.initial.len()]);
+                if near.initial.iter().all(|value| *value == 0.0) {
+                    return rest;
+                }
+                match (rest, from(&near.initial)) {
+                    (Some(rest), Some(given)) => {
+                        Some(if power(&rest) < power(&given) { rest } else { given })
+                    }
+                    (rest, given) => rest.or(given),
+                }
+            })
+            .collect()
+    }
+
     /// Weighted simulated outputs of one recording from a given initial state, nothing taken out.
     pub(crate) fn prediction(
         &self,

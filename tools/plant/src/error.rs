@@ -25,6 +25,14 @@ pub enum PlantError {
         /// Distance of two samples, seconds.
         duration_s: f64,
     },
+    /// A simulation ran away: a force that grows with the motion, or numbers beyond any machine.
+    #[error(
+        "the simulated motion grows beyond all bounds by {time_s} s; check signs and sizes of the forces in the model"
+    )]
+    RanAway {
+        /// When it was noticed, seconds.
+        time_s: f64,
+    },
     /// A prescribed base motion was asked for and the model is driven by something else.
     #[error(
         "the model's input is {}, not a motion of the base; set input.column to \"setpoint_m\" or \"base_position_m\"",

@@ -83,6 +83,11 @@ pub(crate) fn exponential(mut matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
 }
 
 impl Advance {
+    /// Number of states.
+    pub(crate) fn size(&self) -> usize {
+        self.size
+    }
+
     /// Advances `state`; `scratch` is as long and holds nothing between calls.
     pub(crate) fn apply(&self, state: &mut Vec<f64>, scratch: &mut Vec<f64>, u: f64, slope: f64) {
         scratch.clear();

@@ -292,7 +292,7 @@ fn run(
 }
 
 /// Whether an input can be simulated from: well-formed stamps and a value at each of them.
-fn check_input(recording: &Recording, column: &str, samples: &[f64]) -> Result<(), PlantError> {
+pub(crate) fn check_input(recording: &Recording, column: &str, samples: &[f64]) -> Result<(), PlantError> {
     recording.check()?;
     match samples.iter().position(|sample| sample.is_nan()) {
         None => Ok(()),

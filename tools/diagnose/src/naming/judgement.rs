@@ -8,6 +8,7 @@ use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::fit::Fitted;
 use crate::intervals::precision;
+use crate::record::Record;
 use crate::simulation::simulate;
 use stillbeam_recording::Role;
 
@@ -94,10 +95,7 @@ impl Search<'_> {
     fn is_stable(&self, member: &Member) -> bool {
         const HARDER: f64 = 1.5;
         self.study.train.iter().all(|record| {
-            let mut harder = record.clone();
-            for column in &mut harder.grid.columns {
-                column.samples.iter_mut().for_each(|value| *value *= HARDER);
-            }
+            let harder = Record { rerun: record.rerun.scaled(HARDER), ..record.clone() };
             let reach = |outputs: &[Vec<f64>]| {
                 outputs.iter().flatten().fold(0.0_f64, |most, value| {
                     // A comparison with NaN is false: keep it.
@@ -135,12 +133,11 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let close = |member: &Member| self.better_by(member, chosen) < self.options.separation;
-            if other.passes() && as_simple {
-                let member = self.finished(other.member.clone());
-                if close(&member) {
-                    selection.rivals.push(member);
-                }
+            if other.passes()
+                && as_simple
+                && let Some(member) = self.finished_if_close(other.member.clone(), chosen)
+            {
+                selection.rivals.push(member);
             }
             selection.tried.retain(|known| known.candidate != other.candidate);
             selection.tried.push(other);

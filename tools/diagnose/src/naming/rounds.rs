@@ -10,7 +10,7 @@ use super::screening::{Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
 use super::trials::Trial;
-use crate::fit::{Effort, fit_beside};
+use crate::fit::{Effort, fit_near};
 use crate::intervals::rough_standard_errors;
 use crate::result::Gate;
 
@@ -107,10 +107,9 @@ impl Search<'_> {
         let free =
             law_parameters(&hypothesis.model, &physics, number, candidate, &candidate.amplitude_names());
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
-        let states = base.fitted.initial_states();
         let stack = self.study.stack(Role::Train);
-        let fitted =
-            fit_beside(&stack, &hypothesis, &free, &start, &states, Some(absorbing), Effort::SKETCH)?;
+        let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
+        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, Some(absorbing), Effort::SKETCH)?;
         for (parameter, value) in free.iter().zip(&fitted.values) {
             if let Some((_, name)) = parameter.path.rsplit_once('.') {
                 physics.parameters.insert(name.to_owned(), *value);

@@ -34,6 +34,8 @@ const OTHERS: usize = 2;
 /// As long as they explain this share of what the best explains.
 const WORTH: f64 = 0.5;
 
+/// Trials of one law that are looked at on all recordings: the most promising on the recording of which most is left.
+const MANY: usize = 6;
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
 /// Good enough: within this factor.
@@ -47,15 +49,20 @@ pub(crate) fn screen(
     slowest_hz: Option<f64>,
 ) -> Vec<Screened> {
     let residuals = fitted.residuals();
+    let columns = fitted.sensitivities(stack);
     let mut absorbing = Orthonormal::default();
-    fitted.sensitivities(stack).into_iter().for_each(|column| absorbing.push(column));
+    columns.iter().for_each(|column| absorbing.push(column.clone()));
+    let telling = Telling::new(fitted, &residuals, &columns);
     candidates
         .par_iter()
         .enumerate()
         .filter_map(|(index, candidate)| {
-            let trials = candidate.trials.iter();
-            let mut seen: Vec<Seen> = trials
-                .filter_map(|trial| see(stack, fitted, &residuals, &absorbing, candidate, trial))
+            let mut seen: Vec<Seen> = telling
+                .best_trials(stack, fitted, candidate)
+                .into_iter()
+                .filter_map(|(trial, size)| {
+                    see(stack, fitted, &residuals, &absorbing, candidate, trial, size)
+                })
                 .collect();
             seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
             let least = WORTH * seen.first().map_or(0.0, |best| best.explained);
@@ -65,6 +72,87 @@ pub(crate) fn screen(
             screened(stack, &residuals, index, best, others, slowest_hz)
         })
         .collect()
+}
+
+/// The recording of which most is left: there trials are brought to size, and where there are many of them compared.
+struct Telling<'t> {
+    record: usize,
+    residuals: &'t [f64],
+    absorbing: Orthonormal,
+}
+
+impl<'t> Telling<'t> {
+    fn new(fitted: &Fitted, residuals: &'t [f64], columns: &[Vec<f64>]) -> Self {
+        let mut start = 0;
+        let mut best = (0, f64::NEG_INFINITY, 0..0);
+        for (index, record) in fitted.records.iter().enumerate() {
+            let rows = start..start + record.residuals.len();
+            start = rows.end;
+            let left = dot(&residuals[rows.clone()], &residuals[rows.clone()]);
+            if left > best.1 {
+                best = (index, left, rows);
+            }
+        }
+        let (record, _, rows) = best;
+        let mut absorbing = Orthonormal::default();
+        columns.iter().for_each(|column| absorbing.push(column[rows.clone()].to_vec()));
+        Self { record, residuals: &residuals[rows], absorbing }
+    }
+
+    /// The trials that are looked at on all recordings, each with what its amplitudes are to be multiplied by.
+    fn best_trials<'c>(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &'c Candidate,
+    ) -> Vec<(&'c Trial, f64)> {
+        let mut sized: Vec<(&Trial, f64, f64)> = candidate
+            .trials
+            .iter()
+            .filter_map(|trial| {
+                let (mut effect, size) = self.sized_effect(stack, fitted, candidate, trial)?;
+                self.absorbing.remove_from(&mut effect);
+                let left = dot(&effect, &effect);
+                let along = dot(&effect, self.residuals);
+                Some((trial, size, if left > 0.0 { along * along / left } else { 0.0 }))
+            })
+            .collect();
+        if sized.len() > MANY {
+            sized.sort_by(|a, b| b.2.total_cmp(&a.2));
+            sized.truncate(MANY);
+        }
+        sized.into_iter().map(|(trial, size, _)| (trial, size)).collect()
+    }
+
+    /// The change that a law makes, at an amplitude whose effect has about the size of the residual; and by how much the trial's
+    /// amplitudes were multiplied for it.
+    fn sized_effect(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &Candidate,
+        trial: &Trial,
+    ) -> Option<(Vec<f64>, f64)> {
+        let target = dot(self.residuals, self.residuals).sqrt();
+        let mut size = 1.0;
+        let mut last = None;
+        for _ in 0..ROUNDS {
+            let effect = effect(stack, fitted, candidate, trial, size, self.record);
+            let length = effect.as_ref().map_or(f64::INFINITY, |effect| dot(effect, effect).sqrt());
+            if length.is_finite() && length > 0.0 {
+                last = effect.map(|effect| (effect, size));
+                if trial.amplitudes.is_empty() || (target / CLOSE..target * CLOSE).contains(&length) {
+                    break;
+                }
+                size *= (target / length).clamp(1e-4, 1e4);
+            } else if length == 0.0 {
+                size *= 1e3;
+            } else {
+                size *= 1e-3;
+            }
+        }
+        last
+    }
 }
 
 /// One trial's effect beside the residual.
@@ -86,8 +174,12 @@ fn see(
     absorbing: &Orthonormal,
     candidate: &Candidate,
     trial: &Trial,
+    size: f64,
 ) -> Option<Seen> {
-    let (mut effect, size) = sized_effect(stack, fitted, residuals, candidate, trial)?;
+    let mut effect: Vec<f64> = Vec::with_capacity(residuals.len());
+    for record in 0..fitted.records.len() {
+        effect.extend(self::effect(stack, fitted, candidate, trial, size, record)?);
+    }
     let whole = dot(&effect, &effect);
     // Twice: one pass leaves rounding of what was large.
     absorbing.remove_from(&mut effect);
@@ -132,56 +224,25 @@ fn screened(
     })
 }
 
-/// The change of all weighted outputs that a law makes, nuisances taken out, at an amplitude whose effect has about the
-/// size of the residual; and by how much the trial's amplitudes were multiplied for it.
-fn sized_effect(
-    stack: &Stack<'_>,
-    fitted: &Fitted,
-    residuals: &[f64],
-    candidate: &Candidate,
-    trial: &Trial,
-) -> Option<(Vec<f64>, f64)> {
-    let target = dot(residuals, residuals).sqrt();
-    let mut size = 1.0;
-    let mut last = None;
-    for _ in 0..ROUNDS {
-        let effect = effect(stack, fitted, candidate, trial, size);
-        let length = effect.as_ref().map_or(f64::INFINITY, |effect| dot(effect, effect).sqrt());
-        if length.is_finite() && length > 0.0 {
-            last = effect.map(|effect| (effect, size));
-            if trial.amplitudes.is_empty() || (target / CLOSE..target * CLOSE).contains(&length) {
-                break;
-            }
-            size *= (target / length).clamp(1e-4, 1e4);
-        } else if length == 0.0 {
-            size *= 1e3;
-        } else {
-            size *= 1e-3;
-        }
-    }
-    last
-}
-
+/// The change of the weighted outputs of one recording that a law makes, nuisances taken out.
 fn effect(
     stack: &Stack<'_>,
     fitted: &Fitted,
     candidate: &Candidate,
     trial: &Trial,
     size: f64,
+    record: usize,
 ) -> Option<Vec<f64>> {
     let extended = fitted.hypothesis.with_law(candidate.physics(trial, size));
     extended.model.check().ok()?;
-    let mut all = Vec::new();
-    for (index, record) in fitted.records.iter().enumerate() {
-        let mut change = stack.prediction(index, &extended, &record.initial)?;
-        add_scaled(&mut change, -1.0, &stack.weighted(index, &record.simulated));
-        if !change.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        record.nuisances.remove_from(&mut change);
-        all.extend(change);
+    let fit = fitted.records.get(record)?;
+    let mut change = stack.prediction(record, &extended, &fit.initial)?;
+    add_scaled(&mut change, -1.0, &stack.weighted(record, &fit.simulated));
+    if !change.iter().all(|value| value.is_finite()) {
+        return None;
     }
-    Some(all)
+    fit.nuisances.remove_from(&mut change);
+    Some(change)
 }
 
 /// Absolute cosines between the effects of screened candidates.

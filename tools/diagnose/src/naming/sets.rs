@@ -6,7 +6,7 @@ use stillbeam_recording::Role;
 use super::gates::compare;
 use super::selection::Search;
 use super::trials::Candidate;
-use crate::fit::{Effort, Fitted, fit};
+use crate::fit::{Effort, Fitted, fit, fit_near};
 use crate::parameters::FreeParameter;
 use crate::refit::refit_beside_laws;
 use crate::simulation::Hypothesis;
@@ -29,6 +29,11 @@ impl Member {
     }
 }
 
+/// A rival that is no more than this many times the separation behind is fitted to the end.
+const NEAR: f64 = 2.0;
+/// One further behind is fitted on as long as every attempt leaves no more than this share of the distance.
+const COMES_CLOSER: f64 = 0.6;
+
 impl Search<'_> {
     /// A set with one more law, fitted.
     pub(crate) fn extended(
@@ -47,8 +52,8 @@ impl Search<'_> {
         let start: Vec<f64> =
             base.fitted.values.iter().copied().chain(added.iter().map(|parameter| parameter.given)).collect();
         let stack = self.study.stack(Role::Train);
-        let states = base.fitted.initial_states();
-        let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
+        let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
+        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, None, Effort::TRIAL)?;
         self.member([&base.laws[..], &[candidate]].concat(), fitted)
     }
 
@@ -98,10 +103,29 @@ impl Search<'_> {
 
     /// A set fitted to the end.
     pub(crate) fn finished(&self, member: Member) -> Member {
+        self.fitted_on(member, Effort::FULL)
+    }
+
+    /// A rival fitted to the end, given up while it does not come closer to the chosen set: `None` then.
+    pub(crate) fn finished_if_close(&self, mut member: Member, chosen: &Member) -> Option<Member> {
+        let mut behind = self.better_by(&member, chosen);
+        while behind > NEAR * self.options.separation {
+            member = self.fitted_on(member, Effort::TRIAL);
+            let now = self.better_by(&member, chosen);
+            if now > COMES_CLOSER * behind {
+                return None;
+            }
+            behind = now;
+        }
+        let member = self.finished(member);
+        (self.better_by(&member, chosen) < self.options.separation).then_some(member)
+    }
+
+    /// A set fitted further, if that makes it better.
+    fn fitted_on(&self, member: Member, effort: Effort) -> Member {
         let stack = self.study.stack(Role::Train);
         let from = &member.fitted;
-        let fitted =
-            fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), Effort::FULL);
+        let fitted = fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), effort);
         let better = fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares);
         better.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
     }

@@ -45,7 +45,7 @@ fn sliding(step: &Step, direction: f64, speed: f64, kinetic: &impl Fn(f64, f64) 
     for _ in 0..8 {
         let end = (direction * step.v_end(force)).max(0.0);
         let next = -direction * kinetic(direction, 0.5 * (speed + end));
-        if (next - force).abs() <= 1e-12 * next.abs() {
+        if (next - force).abs() <= 1e-10 * next.abs() {
             return next;
         }
         force = next;

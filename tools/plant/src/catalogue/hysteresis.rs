@@ -59,7 +59,9 @@ impl Hysteretic {
         if force < 0.0 {
             // Unloading: dF/ds = k + (gamma − beta) ... F with F below zero.
             let rate = self.gamma - self.beta;
-            let to_zero = way_to_zero(self.stiffness, rate, force);
+            // No less than straight on as steeply as here: most steps need no logarithm to see that they end before.
+            let far = rate <= 0.0 && left < -force / (self.stiffness + rate * force);
+            let to_zero = if far { f64::INFINITY } else { way_to_zero(self.stiffness, rate, force) };
             let way = left.min(to_zero);
             let (end, area) = relaxed(self.stiffness, rate, force, way);
             force = if way < to_zero { end } else { 0.0 };
@@ -79,8 +81,12 @@ impl Hysteretic {
 fn relaxed(k: f64, rate: f64, force: f64, s: f64) -> (f64, f64) {
     let x = rate * s;
     // (e^x − 1)/x and (e^x − 1 − x)/x², without cancellation near zero.
-    let (first, second) = if x.abs() < 1e-4 {
-        (1.0 + x / 2.0 + x * x / 6.0, 0.5 + x / 6.0 + x * x / 24.0)
+    let (first, second) = if x.abs() < 0.05 {
+        // The series of the second one to x^7/9!; the first is one and x times it.
+        const TERMS: [f64; 7] =
+            [1.0 / 362_880.0, 1.0 / 40_320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0];
+        let second = TERMS.iter().fold(0.0, |sum, term| sum * x + term) * x + 0.5;
+        (1.0 + x * second, second)
     } else {
         let first = x.exp_m1() / x;
         (first, (first - 1.0) / x)

@@ -213,7 +213,7 @@ impl Step {
         }
         let mut b = -at_a;
         let mut at_b = excess(b);
-        for _ in 0..12 {
+        for round in 0..12 {
             let close = 1e-13 * (a.abs() + b.abs());
             if at_b.abs() <= close || at_b == at_a {
                 return b;
@@ -221,6 +221,10 @@ impl Step {
             let next = b - at_b * (b - a) / (at_b - at_a);
             if !next.is_finite() {
                 break;
+            }
+            // A force that hardly depends on itself: what the secant leaves is the square of this.
+            if round == 0 && at_b.abs() <= 1e-6 * b.abs() {
+                return next;
             }
             // The secant's error is the product of the last two: nothing is left to gain.
             if (next - b).abs() <= 1e-7 * b.abs() && (b - a).abs() <= 1e-2 * b.abs() {

@@ -24,14 +24,14 @@ pub(crate) struct Run {
 
 /// A model put together for simulation.
 pub(crate) struct Machine<'a> {
-    signals: Vec<Box<dyn SignalLaw>>,
+    pub(super) signals: Vec<Box<dyn SignalLaw>>,
     /// The servo, run apart where something lies between it and the base.
-    servo: Option<Engine>,
-    motions: Vec<Box<dyn SignalLaw>>,
-    plant: Engine,
-    base: Row,
-    control: Option<Loop<'a>>,
-    longest_step_s: f64,
+    pub(super) servo: Option<Engine>,
+    pub(super) motions: Vec<Box<dyn SignalLaw>>,
+    pub(super) plant: Engine,
+    pub(super) base: Row,
+    pub(super) control: Option<Loop<'a>>,
+    pub(super) longest_step_s: f64,
 }
 
 impl<'a> Machine<'a> {

@@ -1,5 +1,7 @@
 //! One state space with force laws at its ports, advanced sub-step by sub-step.
 
+use std::rc::Rc;
+
 use super::steps::{Port, PortStep, Steps};
 use crate::catalogue::{ForceLaw, Step};
 use crate::error::PlantError;
@@ -31,10 +33,10 @@ pub(super) enum Effort {
 pub(super) struct Engine {
     pub(super) space: StateSpace,
     pub(super) state: Vec<f64>,
-    elements: Vec<Element>,
+    pub(super) elements: Vec<Element>,
     steps: Steps,
     /// Mean forces of the sub-step before.
-    forces: Vec<f64>,
+    pub(super) forces: Vec<f64>,
     next: Vec<f64>,
 }
 
@@ -71,38 +73,25 @@ impl Engine {
         Ok(())
     }
 
-    /// Forces of several laws: each in turn, given the others, until none moves.
+    /// Forces of several laws.
     fn settle(&mut self, step: &PortStep, time_s: f64, step_s: f64, from: f64, to: f64) {
-        let count = self.elements.len();
         let alone: Vec<Step> =
-            (0..count).map(|index| self.see(index, step, time_s, step_s, from, to)).collect();
-        let given = |index: usize, forces: &[f64], alone: &[Step]| {
-            let mut seen = alone[index];
-            for (other, force) in forces.iter().enumerate() {
-                if other != index {
-                    seen.z_free += step.z_gain[index][other] * force;
-                    seen.v_free += step.v_gain[index][other] * force;
-                }
-            }
-            seen
-        };
-        for _ in 0..MOST_SWEEPS {
-            let mut moved = 0.0_f64;
-            let mut size = 0.0_f64;
-            for index in 0..count {
-                let force = self.elements[index].law.force(&given(index, &self.forces, &alone));
-                moved = moved.max((force - self.forces[index]).abs());
-                size = size.max(force.abs());
-                self.forces[index] = force;
-            }
-            if moved <= 1e-13 * size {
-                break;
-            }
-        }
-        for index in 0..count {
-            let seen = given(index, &self.forces, &alone);
-            self.elements[index].law.made(&seen, self.forces[index]);
-        }
+            (0..self.elements.len()).map(|index| self.see(index, step, time_s, step_s, from, to)).collect();
+        settled(&mut self.elements, &mut self.forces, &alone, &step.z_gain, &step.v_gain);
+    }
+
+    /// The step of `step_s` seconds.
+    pub(super) fn step(&mut self, step_s: f64) -> Result<Rc<PortStep>, PlantError> {
+        self.steps.of(step_s)
+    }
+
+    /// Steps with the same key are the same.
+    pub(super) fn key_of(step_s: f64) -> i64 {
+        Steps::key_of(step_s)
+    }
+
+    pub(super) fn ports(&self) -> &[Port] {
+        self.steps.ports()
     }
 
     fn see(&self, index: usize, step: &PortStep, time_s: f64, step_s: f64, from: f64, to: f64) -> Step {
@@ -145,6 +134,43 @@ impl Engine {
                 .sum();
             samples.push(output.row.read(&self.state, u, slope) + through);
         }
+    }
+}
+
+/// Finds the forces of several laws, each in turn, given the others, until none moves; `alone` is what each sees without
+/// any. The forces of the sub-step before are where it begins.
+pub(super) fn settled(
+    elements: &mut [Element],
+    forces: &mut [f64],
+    alone: &[Step],
+    z_gain: &[Vec<f64>],
+    v_gain: &[Vec<f64>],
+) {
+    let given = |index: usize, forces: &[f64]| {
+        let mut seen = alone[index];
+        for (other, force) in forces.iter().enumerate() {
+            if other != index {
+                seen.z_free += z_gain[index][other] * force;
+                seen.v_free += v_gain[index][other] * force;
+            }
+        }
+        seen
+    };
+    for _ in 0..MOST_SWEEPS {
+        let mut moved = 0.0_f64;
+        let mut size = 0.0_f64;
+        for (index, element) in elements.iter().enumerate() {
+            let force = element.law.force(&given(index, forces));
+            moved = moved.max((force - forces[index]).abs());
+            size = size.max(force.abs());
+            forces[index] = force;
+        }
+        if moved <= 1e-13 * size {
+            break;
+        }
+    }
+    for (index, element) in elements.iter_mut().enumerate() {
+        element.law.made(&given(index, forces), forces[index]);
     }
 }
 

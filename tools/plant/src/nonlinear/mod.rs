@@ -12,10 +12,12 @@
 mod assembly;
 mod control;
 mod engine;
+mod lean;
 mod sensing;
 mod steps;
 
 pub(crate) use assembly::Machine;
+pub(crate) use lean::Look;
 pub(crate) use sensing::{Dense, Sensing};
 
 use crate::state_space::StateSpace;

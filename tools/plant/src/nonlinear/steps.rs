@@ -48,6 +48,21 @@ pub(super) struct PortStep {
 }
 
 impl PortStep {
+    /// The transition, row by row.
+    pub(super) fn transition(&self) -> &[f64] {
+        &self.transition
+    }
+
+    /// Effect of the input's value at the start.
+    pub(super) fn value(&self) -> &[f64] {
+        &self.value
+    }
+
+    /// Effect of the input's slope.
+    pub(super) fn slope(&self) -> &[f64] {
+        &self.slope
+    }
+
     /// Writes into `next` the state after the step without forces.
     pub(super) fn advance(&self, state: &[f64], u: f64, slope: f64, next: &mut Vec<f64>) {
         next.clear();
@@ -99,9 +114,14 @@ impl Steps {
         &self.ports
     }
 
+    /// Steps with the same key are one.
+    pub(super) fn key_of(step_s: f64) -> i64 {
+        (step_s / SAME_WITHIN_S).round() as i64
+    }
+
     /// The step of `step_s` seconds.
     pub(super) fn of(&mut self, step_s: f64) -> Result<Rc<PortStep>, PlantError> {
-        let key = (step_s / SAME_WITHIN_S).round() as i64;
+        let key = Self::key_of(step_s);
         if let Some((last, step)) = &self.last
             && *last == key
         {

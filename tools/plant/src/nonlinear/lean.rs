@@ -1,0 +1,323 @@
+//! The same sub-steps in little code and no memory traffic: for fits, which run one plant thousands of times.
+//!
+//! A chain that has neither a servo apart nor a controller is one linear map of state, input and slope per sub-step, and the
+//! forces of its laws. With the order known to the compiler the map is a handful of vector instructions. [`Machine::run`] is
+//! the reference that this is tested against.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::assembly::{Machine, Run};
+use super::engine::{Effort, Element, Engine, settled};
+use super::steps::{Port, PortStep};
+use crate::catalogue::{SignalLaw, Step};
+use crate::error::PlantError;
+use crate::stamps::Stamps;
+use crate::state_space::Row;
+
+/// What of a run is kept.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Look {
+    /// Every how many stamps the outputs are wanted, from the first.
+    pub(crate) every: usize,
+    /// Whether what lies between is wanted too, sub-step by sub-step.
+    pub(crate) between: bool,
+}
+
+/// A linear function of state, input and slope.
+struct Reading<const N: usize> {
+    state: [f64; N],
+    value: f64,
+    slope: f64,
+}
+
+impl<const N: usize> Reading<N> {
+    fn new(state: &[f64], value: f64, slope: f64) -> Self {
+        Self { state: array(state), value, slope }
+    }
+
+    fn of_row(row: &Row) -> Self {
+        Self::new(&row.state, row.value, row.slope)
+    }
+
+    #[inline]
+    fn at(&self, state: &[f64; N], u: f64, slope: f64) -> f64 {
+        let products = self.state.iter().zip(state).map(|(a, b)| a * b);
+        products.sum::<f64>() + (self.value * u + self.slope * slope)
+    }
+}
+
+/// One sub-step of one length.
+struct Map<const N: usize> {
+    /// Columns of the transition.
+    columns: [[f64; N]; N],
+    value: [f64; N],
+    slope: [f64; N],
+    /// Per law: what a unit force has added at the end.
+    force: Vec<[f64; N]>,
+    /// Displacement and velocity at the end by the state at the start, without force.
+    ends: Vec<[Reading<N>; 2]>,
+    z_gain: Vec<Vec<f64>>,
+    v_gain: Vec<Vec<f64>>,
+}
+
+impl<const N: usize> Map<N> {
+    fn new(step: &PortStep, step_s: f64, ports: &[Port]) -> Self {
+        let mut columns = [[0.0; N]; N];
+        for (row, entries) in step.transition().chunks_exact(N.max(1)).enumerate() {
+            for (column, entry) in columns.iter_mut().zip(entries) {
+                column[row] = *entry;
+            }
+        }
+        let (value, slope): ([f64; N], [f64; N]) = (array(step.value()), array(step.slope()));
+        let end = |(row, by_value, by_slope): &(Vec<f64>, f64, f64)| {
+            let row: [f64; N] = array(row);
+            let through = |column: &[f64; N]| row.iter().zip(column).map(|(a, b)| a * b).sum::<f64>();
+            Reading {
+                state: std::array::from_fn(|index| through(&columns[index])),
+                value: through(&value) + by_value,
+                // The input at the end is that at the start and the slope's share.
+                slope: through(&slope) + by_value * step_s + by_slope,
+            }
+        };
+        Self {
+            ends: ports.iter().map(|port| [end(&port.z), end(&port.v)]).collect(),
+            force: step.force.iter().map(|column| array(column)).collect(),
+            z_gain: step.z_gain.clone(),
+            v_gain: step.v_gain.clone(),
+            columns,
+            value,
+            slope,
+        }
+    }
+
+    #[inline]
+    fn advance(&self, state: &[f64; N], u: f64, slope: f64) -> [f64; N] {
+        let mut next: [f64; N] = std::array::from_fn(|row| self.value[row] * u + self.slope[row] * slope);
+        for (column, entry) in self.columns.iter().zip(state) {
+            for (sum, factor) in next.iter_mut().zip(column) {
+                *sum += factor * entry;
+            }
+        }
+        next
+    }
+}
+
+/// The first `N` entries.
+fn array<const N: usize>(entries: &[f64]) -> [f64; N] {
+    std::array::from_fn(|index| entries.get(index).copied().unwrap_or(0.0))
+}
+
+/// The plant at work.
+struct Lean<const N: usize> {
+    engine: Engine,
+    state: [f64; N],
+    starts: Vec<[Reading<N>; 2]>,
+    outputs: Vec<(Reading<N>, Vec<f64>)>,
+    base: Reading<N>,
+    maps: HashMap<i64, Rc<Map<N>>>,
+    last: Option<(u64, Rc<Map<N>>)>,
+    /// Laws in this sub-step, each as if it were alone.
+    alone: Vec<Step>,
+}
+
+impl<const N: usize> Lean<N> {
+    fn new(engine: Engine, base: &Row) -> Self {
+        let starts = engine
+            .ports()
+            .iter()
+            .map(|port| [&port.z, &port.v].map(|(state, value, slope)| Reading::new(state, *value, *slope)));
+        let outputs = engine.space.outputs().iter().map(|output| {
+            let through = engine.elements.iter();
+            let through = through.map(|element| output.feedthrough[element.point] * element.sign).collect();
+            (Reading::of_row(&output.row), through)
+        });
+        Self {
+            state: array(&engine.state),
+            starts: starts.collect(),
+            outputs: outputs.collect(),
+            base: Reading::of_row(base),
+            maps: HashMap::new(),
+            last: None,
+            alone: Vec::with_capacity(engine.elements.len()),
+            engine,
+        }
+    }
+
+    /// The map over `step_s` seconds.
+    fn map(&mut self, step_s: f64) -> Result<Rc<Map<N>>, PlantError> {
+        if let Some((bits, map)) = &self.last
+            && *bits == step_s.to_bits()
+        {
+            return Ok(Rc::clone(map));
+        }
+        let key = Engine::key_of(step_s);
+        let map = match self.maps.get(&key) {
+            Some(map) => Rc::clone(map),
+            None => {
+                let step = self.engine.step(step_s)?;
+                let map = Rc::new(Map::new(&step, step_s, self.engine.ports()));
+                // Irregular stamps seldom have the same step twice.
+                if self.maps.len() >= 4096 {
+                    self.maps.clear();
+                }
+                self.maps.insert(key, Rc::clone(&map));
+                map
+            }
+        };
+        self.last = Some((step_s.to_bits(), Rc::clone(&map)));
+        Ok(map)
+    }
+
+    #[inline]
+    fn see(&self, index: usize, map: &Map<N>, time_s: f64, step_s: f64, from: f64, slope: f64) -> Step {
+        let [z, v] = &self.starts[index];
+        let [z_end, v_end] = &map.ends[index];
+        let (v, v_free) = (v.at(&self.state, from, slope), v_end.at(&self.state, from, slope));
+        let v_gain = map.v_gain[index][index];
+        let (effort, effort_gain) = match self.engine.elements[index].effort {
+            Effort::None => (0.0, 0.0),
+            Effort::Input(gain) => (gain * (from + 0.5 * slope * step_s), 0.0),
+            Effort::Servo(mass) => {
+                let per_velocity = mass / step_s;
+                (per_velocity * (v_free - v), per_velocity * v_gain - 1.0)
+            }
+        };
+        Step {
+            time_s,
+            step_s,
+            z: z.at(&self.state, from, slope),
+            v,
+            z_free: z_end.at(&self.state, from, slope),
+            v_free,
+            z_gain: map.z_gain[index][index],
+            v_gain,
+            effort,
+            effort_gain,
+        }
+    }
+
+    #[inline]
+    fn advance(&mut self, map: &Map<N>, time_s: f64, step_s: f64, from: f64, slope: f64) {
+        let mut next = map.advance(&self.state, from, slope);
+        match self.engine.elements.len() {
+            0 => {}
+            1 => {
+                let seen = self.see(0, map, time_s, step_s, from, slope);
+                let law = &mut self.engine.elements[0].law;
+                let force = law.force(&seen);
+                law.made(&seen, force);
+                self.engine.forces[0] = force;
+            }
+            count => {
+                self.alone.clear();
+                for index in 0..count {
+                    let seen = self.see(index, map, time_s, step_s, from, slope);
+                    self.alone.push(seen);
+                }
+                let (elements, forces): (&mut [Element], &mut [f64]) =
+                    (&mut self.engine.elements, &mut self.engine.forces);
+                settled(elements, forces, &self.alone, &map.z_gain, &map.v_gain);
+            }
+        }
+        for (column, force) in map.force.iter().zip(&self.engine.forces) {
+            for (entry, share) in next.iter_mut().zip(column) {
+                *entry += share * force;
+            }
+        }
+        self.state = next;
+    }
+
+    fn look(&self, run: &mut Run, time_s: f64, u: f64, slope: f64) {
+        run.time_s.push(time_s);
+        run.base.push(self.base.at(&self.state, u, slope));
+        for ((row, through), samples) in self.outputs.iter().zip(&mut run.outputs) {
+            let through = through.iter().zip(&self.engine.forces).map(|(a, b)| a * b).sum::<f64>();
+            samples.push(row.at(&self.state, u, slope) + through);
+        }
+    }
+}
+
+impl Machine<'_> {
+    /// Whether the lean form covers it.
+    fn is_plain(&self) -> bool {
+        self.servo.is_none() && self.motions.is_empty() && self.control.is_none()
+    }
+
+    /// As [`Machine::run`] with first-order hold, keeping what [`Look`] says: by the lean form where that covers the machine.
+    /// The run's input is left empty, and its stamps are those that were wanted.
+    pub(crate) fn run_lean(self, stamps: &Stamps<'_>, input: &[f64], look: Look) -> Result<Run, PlantError> {
+        macro_rules! by_order {
+            ($($order:literal)*) => {
+                match self.plant.space.order() {
+                    $($order if self.is_plain() => lean::<$order>(self, stamps, input, look),)*
+                    _ => {
+                        let mut run = self.run(stamps, input, false, look.between)?;
+                        run.stamps = run.stamps.into_iter().step_by(look.every.max(1)).collect();
+                        Ok(run)
+                    }
+                }
+            };
+        }
+        by_order!(1 2 3 4 5 6 7 8 9 10 11 12 13 14)
+    }
+}
+
+fn lean<const N: usize>(
+    machine: Machine<'_>,
+    stamps: &Stamps<'_>,
+    input: &[f64],
+    look: Look,
+) -> Result<Run, PlantError> {
+    let Machine { mut signals, plant, base, longest_step_s, .. } = machine;
+    let mut lean = Lean::<N>::new(plant, &base);
+    let every = look.every.max(1);
+    let mut run = Run {
+        time_s: Vec::new(),
+        input: Vec::new(),
+        outputs: vec![Vec::with_capacity(stamps.len() / every + 1); lean.outputs.len()],
+        base: Vec::new(),
+        stamps: Vec::with_capacity(stamps.len() / every + 1),
+    };
+    let pass = |signals: &mut Vec<Box<dyn SignalLaw>>, time_s: f64, u: f64| {
+        signals.iter_mut().fold(u, |u, law| law.pass(time_s, u))
+    };
+    let mut slope_before = 0.0;
+    for index in 0..stamps.len() {
+        let wanted = index % every == 0;
+        if wanted {
+            run.stamps.push(run.time_s.len());
+        }
+        let start_s = stamps.at(index);
+        let (Some(interval_s), Some(&[from, to])) = (stamps.interval_s(index), input.get(index..index + 2))
+        else {
+            let u = input.get(index).copied().unwrap_or(0.0);
+            let u = pass(&mut signals, start_s, u);
+            lean.look(&mut run, start_s, u, slope_before);
+            break;
+        };
+        let pieces = (interval_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
+        let step_s = interval_s / pieces;
+        let map = lean.map(step_s)?;
+        for piece in 0..pieces as usize {
+            let past_s = piece as f64 * step_s;
+            let time_s = start_s + past_s;
+            let at = |past_s: f64| from + (to - from) * (past_s / interval_s);
+            let (mut u, mut u_end) = (at(past_s), at(past_s + step_s));
+            if !signals.is_empty() {
+                (u, u_end) = (pass(&mut signals, time_s, u), pass(&mut signals, time_s + step_s, u_end));
+            }
+            let slope = (u_end - u) / step_s;
+            if look.between || (wanted && piece == 0) {
+                lean.look(&mut run, time_s, u, 0.5 * (slope_before + slope));
+            }
+            slope_before = slope;
+            lean.advance(&map, time_s, step_s, u, slope);
+        }
+        // What has run away does not come back, and laws take long to find forces for it.
+        if wanted && !lean.state.iter().all(|entry| entry.is_finite()) {
+            return Err(PlantError::RanAway { time_s: start_s });
+        }
+    }
+    Ok(run)
+}

@@ -1,0 +1,177 @@
+//! One recording, simulated again and again with models that differ: what a fit does thousands of times.
+
+use stillbeam_recording::Recording;
+
+use crate::error::PlantError;
+use crate::linear::{Advance, dot};
+use crate::model::Model;
+use crate::nonlinear::{Dense, Look, Machine, Sensing};
+use crate::simulate::{check_input, is_linear};
+use crate::stamps::Stamps;
+use crate::state_space::StateSpace;
+
+/// A recording's input, checked once, and the stamps at which outputs are wanted.
+///
+/// [`Rerun::outputs`] computes what [`simulate()`](crate::simulate()) computes, to rounding and without copies, checks of the
+/// recording and columns.
+#[derive(Debug, Clone)]
+pub struct Rerun {
+    time_s: Vec<f64>,
+    input: Vec<f64>,
+    reference: Option<Vec<f64>>,
+    every: usize,
+}
+
+impl Rerun {
+    /// Prepares a recording for models with this input and controller; outputs are wanted at every `every`-th time stamp
+    /// (1 or more), from the first on. A model without input is simulated without force.
+    ///
+    /// # Errors
+    /// [`PlantError::Recording`] when the input's column is missing or the recording malformed; [`PlantError::InputGap`].
+    pub fn new(recording: &Recording, model: &Model, every: usize) -> Result<Self, PlantError> {
+        let input = match model.input() {
+            Some(input) => {
+                let samples = recording.column(&input.column)?;
+                check_input(recording, &input.column, samples)?;
+                samples.to_vec()
+            }
+            None => {
+                recording.check()?;
+                vec![0.0; recording.len()]
+            }
+        };
+        let controller = model.setup().controller.as_ref();
+        let reference = controller.and_then(|controller| {
+            let samples = recording.column(&controller.reference_column).ok()?;
+            check_input(recording, &controller.reference_column, samples).is_ok().then(|| samples.to_vec())
+        });
+        Ok(Self { time_s: recording.time_s.clone(), input, reference, every: every.max(1) })
+    }
+
+    /// The same, driven `factor` times as hard.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let times = |samples: &[f64]| samples.iter().map(|value| factor * value).collect::<Vec<f64>>();
+        Self { input: times(&self.input), reference: self.reference.as_deref().map(times), ..self.clone() }
+    }
+
+    /// The outputs of a model at the wanted stamps, in the model's order, sensors without their noise.
+    ///
+    /// `longest_step_s` as in [`SimulateOptions`](crate::SimulateOptions).
+    ///
+    /// # Errors
+    /// As [`simulate_with`](crate::simulate_with()), and [`PlantError::RanAway`] where that would return numbers that are not
+    /// finite.
+    pub fn outputs(&self, model: &Model, longest_step_s: Option<f64>) -> Result<Vec<Vec<f64>>, PlantError> {
+        model.check()?;
+        let stamps = Stamps::new(&self.time_s);
+        let start = self.input.first().copied().unwrap_or(0.0);
+        if self.reference.is_none() && is_linear(model)? {
+            let space = StateSpace::new(model)?;
+            let initial = space.initial(model, start)?;
+            return self.linear(&space, initial, &stamps);
+        }
+        let sensing = Sensing::new(model)?;
+        let closed = self.reference.as_deref().map(|samples| (self.time_s.as_slice(), samples));
+        let machine = Machine::new(model, start, closed, longest_step_s)?;
+        let open = if closed.is_some() { &[][..] } else { &self.input };
+        let look = Look { every: self.every, between: sensing.looks_between() };
+        let run = machine.run_lean(&stamps, open, look)?;
+        let wanted_s: Vec<f64> = run.stamps.iter().map(|&index| run.time_s[index]).collect();
+        let outputs = run.outputs.iter().enumerate().map(|(index, samples)| {
+            if sensing.is_ideal() {
+                return run.stamps.iter().map(|&stamp| samples[stamp]).collect();
+            }
+            let dense = Dense { time_s: &run.time_s, samples, base: &run.base };
+            sensing.recorded(index, &dense, &wanted_s, false)
+        });
+        Ok(outputs.collect())
+    }
+
+    /// The linear plant from one wanted stamp to the next.
+    fn linear(
+        &self,
+        space: &StateSpace,
+        mut state: Vec<f64>,
+        stamps: &Stamps<'_>,
+    ) -> Result<Vec<Vec<f64>>, PlantError> {
+        let count = stamps.len();
+        let mut outputs = vec![Vec::with_capacity(count / self.every + 1); space.outputs().len()];
+        let mut next = Vec::with_capacity(state.len());
+        let mut step: Option<(f64, Advance)> = None;
+        let mut slope_before = 0.0;
+        let mut strides: Option<Stride> = None;
+        let mut index = 0;
+        while index < count {
+            let interval_s = stamps.interval_s(index);
+            let u = self.input[index];
+            let slope =
+                interval_s.map_or(slope_before, |interval_s| (self.input[index + 1] - u) / interval_s);
+            if index % self.every == 0 {
+                for (output, samples) in space.outputs().iter().zip(&mut outputs) {
+                    let at_tick =
+                        if interval_s.is_some() { 0.5 * (slope_before + slope) } else { slope_before };
+                    samples.push(output.row.read(&state, u, at_tick));
+                }
+            }
+            let Some(interval_s) = interval_s else { break };
+            if step.as_ref().is_none_or(|(known_s, _)| *known_s != interval_s) {
+                step = Some((interval_s, space.system.advance_over(interval_s)?));
+                strides = None;
+            }
+            let Some((_, one)) = &step else { break };
+            let uniform = matches!(stamps, Stamps::Uniform { .. });
+            if uniform && index % self.every == 0 && index + self.every < count {
+                let stride = strides.get_or_insert_with(|| Stride::new(one, interval_s, self.every));
+                let piece = &self.input[index..=index + self.every];
+                stride.apply(&mut state, &mut next, piece);
+                slope_before = (piece[self.every] - piece[self.every - 1]) / interval_s;
+                index += self.every;
+            } else {
+                one.apply(&mut state, &mut next, u, slope);
+                slope_before = slope;
+                index += 1;
+            }
+        }
+        Ok(outputs)
+    }
+}
+
+/// Several equal steps at once, the input a straight line in each: `x(t + n h) = Φⁿ x(t) + Σ_k W_k u_k`.
+struct Stride {
+    order: usize,
+    transition: Vec<f64>,
+    /// Row by row: effect of the input's value at every corner of the way.
+    corners: Vec<f64>,
+    count: usize,
+}
+
+impl Stride {
+    fn new(step: &Advance, step_s: f64, steps: usize) -> Self {
+        let order = step.size();
+        // The state after the way for a unit of every start value, then of every corner.
+        let nothing = vec![0.0; order];
+        let run = |start: &[f64], input: &dyn Fn(usize) -> f64| {
+            let (mut state, mut next) = (start.to_vec(), Vec::with_capacity(order));
+            for k in 0..steps {
+                step.apply(&mut state, &mut next, input(k), (input(k + 1) - input(k)) / step_s);
+            }
+            state
+        };
+        let unit = |index: usize| (0..order).map(|k| f64::from(k == index)).collect::<Vec<f64>>();
+        let columns: Vec<Vec<f64>> = (0..order).map(|index| run(&unit(index), &|_| 0.0)).collect();
+        let corners: Vec<Vec<f64>> =
+            (0..=steps).map(|corner| run(&nothing, &|k| f64::from(k == corner))).collect();
+        let by_rows = |columns: &[Vec<f64>]| {
+            (0..order).flat_map(|row| columns.iter().map(move |column| column[row])).collect::<Vec<f64>>()
+        };
+        Self { order, transition: by_rows(&columns), corners: by_rows(&corners), count: steps + 1 }
+    }
+
+    /// Advances a state; `scratch` holds nothing between calls.
+    fn apply(&self, state: &mut Vec<f64>, scratch: &mut Vec<f64>, input: &[f64]) {
+        scratch.clear();
+        let rows = self.transition.chunks_exact(self.order.max(1)).zip(self.corners.chunks_exact(self.count));
+        scratch.extend(rows.map(|(by_state, by_input)| dot(by_state, state) + dot(by_input, input)));
+        std::mem::swap(state, scratch);
+    }
+}

@@ -67,6 +67,7 @@ pub fn diagnose(
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
+        rounds: std::sync::Mutex::default(),
         study: &mut study,
     };
     let held_out = compared.refitted_on_all.held_out.clone();

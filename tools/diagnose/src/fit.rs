@@ -36,7 +36,11 @@ pub(crate) struct Effort {
 impl Effort {
     /// To see what a candidate is good for.
     pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4 };
-    /// To compare candidates.
+    /// To see which candidates are worth comparing.
+    pub(crate) const BEGIN: Self = Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6 };
+    /// To compare those that were begun.
+    pub(crate) const COMPARE: Self = Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4 };
+    /// To compare sets.
     pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
     /// For what is reported.
     pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 0 };
@@ -208,24 +212,41 @@ pub(crate) fn fit(
     effort: Effort,
 ) -> Option<Fitted> {
     let near = stack.evaluate(&hypothesis.with_values(free, start)?, starts)?;
-    fit_near(stack, hypothesis, free, start, near, None, effort)
+    fit_near(stack, hypothesis, free, start, near, Others::Searched, effort)
+}
+
+/// What is done about the parameters that are not the laws'.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Others<'o> {
+    /// They are searched like all.
+    Searched,
+    /// They are held, and what they would absorb, one direction each, is taken out.
+    Absorb(&'o Orthonormal),
+    /// They are searched, beginning with derivatives that are known from a fit nearby: one column each.
+    Known(&'o [Vec<f64>]),
 }
 
 /// The same from fits of the recordings nearby, whose initial states and what those could change are good enough to begin
-/// with. `absorbing` are directions that other parameters, held here, would absorb: the sum of squares is then what is left once
-/// they have been refitted, as far as straight lines go. A few simulations instead of hundreds.
+/// with. Where other parameters absorb, the sum of squares is what is left once they have been refitted, as far as straight lines
+/// go: a few simulations instead of hundreds.
 pub(crate) fn fit_near(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
     free: &[FreeParameter],
     start: &[f64],
     mut near: Vec<RecordFit>,
-    absorbing: Option<&Orthonormal>,
+    others: Others<'_>,
     effort: Effort,
 ) -> Option<Fitted> {
     let mut values = start.to_vec();
     let mut best: Option<Fitted> = None;
+    let (absorbing, mut kept) = match others {
+        Others::Searched => (None, None),
+        Others::Absorb(directions) => (Some(directions), None),
+        Others::Known(columns) => (None, Some(columns)),
+    };
     for _ in 0..effort.rounds {
+        let known = kept.take().map(|columns| (effort.kept_steps, columns.to_vec()));
         let problem = Problem {
             stack,
             hypothesis,
@@ -235,7 +256,7 @@ pub(crate) fn fit_near(
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
             kept_steps: effort.kept_steps,
-            kept: Mutex::default(),
+            kept: Mutex::new(known.unwrap_or_default()),
         };
         let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
         let Some(minimum) = minimise_to(&problem, &search, effort.tolerance) else { break };

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use stillbeam_plant::state_space::Discrete;
-use stillbeam_plant::{InitialState, Model, Physics, PlantError, StateSpace};
+use stillbeam_plant::{Hold, InitialState, Model, Motion, Physics, PlantError, StateSpace, force_along};
 
 use crate::parameters::FreeParameter;
 use crate::record::Record;
@@ -67,14 +67,50 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
 /// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of every
 /// coordinate, on top of the rest that the model starts from.
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
-    let outputs = if initial.iter().any(|value| *value != 0.0) {
-        let mut model = hypothesis.model.clone();
-        let space = StateSpace::new(&model).ok()?;
-        set_initial(&mut model, &space, record, initial)?;
-        record.rerun.outputs(&model, Some(record.longest_step_s)).ok()?
-    } else {
-        record.rerun.outputs(&hypothesis.model, Some(record.longest_step_s)).ok()?
-    };
+    let started = started_at(hypothesis, record, initial)?;
+    let model = started.as_ref().unwrap_or(&hypothesis.model);
+    let outputs = record.rerun.outputs(model, Some(record.longest_step_s)).ok()?;
+    at_samples(record, &outputs)
+}
+
+/// What the injection points do at the record's stamps; `None` where a simulation does not show it.
+pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Motion> {
+    let started = started_at(hypothesis, record, initial)?;
+    let model = started.as_ref().unwrap_or(&hypothesis.model);
+    record.rerun.motion(model, Some(record.longest_step_s)).ok()?
+}
+
+/// What a law would change in the recorded outputs if the machine moved as it does without it.
+pub(crate) fn first_effect(
+    hypothesis: &Hypothesis,
+    record: &Record,
+    law: &Physics,
+    motion: &Motion,
+) -> Option<Vec<Vec<f64>>> {
+    let forces = force_along(&hypothesis.model, law, motion).ok()?;
+    if forces.is_empty() {
+        return None;
+    }
+    let space = StateSpace::new(&hypothesis.model).ok()?;
+    let nothing = vec![0.0; motion.time_s.len()];
+    let start = vec![0.0; space.order()];
+    let trace = space.run(&motion.time_s, &nothing, Hold::FirstOrder, &forces, &start).ok()?;
+    at_samples(record, &trace.outputs)
+}
+
+/// The model begun from an initial state on top of its own; `None` inside where that is nothing.
+fn started_at(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Option<Model>> {
+    if initial.iter().all(|value| *value == 0.0) {
+        return Some(None);
+    }
+    let mut model = hypothesis.model.clone();
+    let space = StateSpace::new(&model).ok()?;
+    set_initial(&mut model, &space, record, initial)?;
+    Some(Some(model))
+}
+
+/// Of outputs at all stamps those that were recorded, where they have samples.
+fn at_samples(record: &Record, outputs: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     record
         .outputs
         .iter()

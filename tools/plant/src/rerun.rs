@@ -4,11 +4,11 @@ use stillbeam_recording::Recording;
 
 use crate::error::PlantError;
 use crate::linear::{Advance, dot};
-use crate::model::Model;
-use crate::nonlinear::{Dense, Look, Machine, Sensing};
+use crate::model::{Model, Physics};
+use crate::nonlinear::{Dense, Look, Machine, Sensing, elements};
 use crate::simulate::{check_input, is_linear};
 use crate::stamps::Stamps;
-use crate::state_space::StateSpace;
+use crate::state_space::{ForceSeries, StateSpace};
 
 /// A recording's input, checked once, and the stamps at which outputs are wanted.
 ///
@@ -134,6 +134,65 @@ impl Rerun {
         }
         Ok(outputs)
     }
+}
+
+/// What the injection points of a machine do, one sample per wanted stamp.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Seconds.
+    pub time_s: Vec<f64>,
+    /// The model's input.
+    pub input: Vec<f64>,
+    /// Displacement and velocity of every point, in the order of [`StateSpace::points`].
+    pub points: Vec<[Vec<f64>; 2]>,
+}
+
+impl Rerun {
+    /// What the injection points of a model do at the wanted stamps; `None` where a servo runs apart or a loop is closed.
+    ///
+    /// # Errors
+    /// As [`Rerun::outputs`].
+    pub fn motion(&self, model: &Model, longest_step_s: Option<f64>) -> Result<Option<Motion>, PlantError> {
+        model.check()?;
+        let stamps = Stamps::new(&self.time_s);
+        let start = self.input.first().copied().unwrap_or(0.0);
+        let mut machine = Machine::new(model, start, None, longest_step_s)?;
+        if self.reference.is_some() || !machine.is_plain() {
+            return Ok(None);
+        }
+        machine.watch_points();
+        let look = Look { every: self.every, between: false };
+        let run = machine.run_lean(&stamps, &self.input, look)?;
+        let mut rows = run.outputs.into_iter();
+        let mut points = Vec::new();
+        while let (Some(displacement), Some(velocity)) = (rows.next(), rows.next()) {
+            points.push([displacement, velocity]);
+        }
+        let input = self.input.iter().step_by(self.every).copied().collect();
+        Ok(Some(Motion { time_s: run.time_s, input, points }))
+    }
+}
+
+/// The force that a law would exert along a motion that it does not change, at every point where it acts; nothing for a law
+/// that is no force.
+///
+/// # Errors
+/// [`PlantError::Place`] and [`PlantError::Invalid`] as when the law is simulated.
+pub fn force_along(
+    model: &Model,
+    physics: &Physics,
+    motion: &Motion,
+) -> Result<Vec<ForceSeries>, PlantError> {
+    let space = StateSpace::new(model)?;
+    let mut series = Vec::new();
+    for element in elements(model, physics, &space)? {
+        let Some([displacement, velocity]) = motion.points.get(element.point) else { continue };
+        series.push(ForceSeries {
+            point: element.point,
+            samples: element.along(motion, displacement, velocity),
+        });
+    }
+    Ok(series)
 }
 
 /// Several equal steps at once, the input a straight line in each: `x(t + n h) = Φⁿ x(t) + Σ_k W_k u_k`.

@@ -10,9 +10,12 @@ use super::screening::{Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
 use super::trials::Trial;
-use crate::fit::{Effort, fit_near};
+use crate::fit::{Effort, Fitted, Others, fit_near};
 use crate::intervals::rough_standard_errors;
 use crate::result::Gate;
+
+/// Every candidate as the screen sees it beside a set, and those that were fitted on top of it.
+pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
 
 /// A candidate that was fitted on top of a set.
 #[derive(Clone)]
@@ -44,8 +47,20 @@ const UNLIKELY: f64 = 2.0;
 const SKETCHED_PER_ROUND: usize = 8;
 
 impl Search<'_> {
-    /// Screens all candidates on top of a set and fits the promising ones.
-    pub(crate) fn round(&self, base: &Member) -> (Vec<Screened>, Vec<Tried>) {
+    /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same laws is not done
+    /// again.
+    pub(crate) fn round(&self, base: &Member) -> Round {
+        let known = || self.rounds.lock().ok()?.get(&base.laws).cloned();
+        known().unwrap_or_else(|| {
+            let found = self.tried_on(base);
+            if let Ok(mut rounds) = self.rounds.lock() {
+                rounds.insert(base.laws.clone(), found.clone());
+            }
+            found
+        })
+    }
+
+    fn tried_on(&self, base: &Member) -> Round {
         let stack = self.study.stack(Role::Train);
         let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz);
         let mut promising: Vec<&Screened> =
@@ -58,19 +73,31 @@ impl Search<'_> {
             s.t.abs() > self.options.training_gate || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
         });
         promising.truncate(SKETCHED_PER_ROUND);
+        let columns = base.fitted.rough_sensitivities(&stack);
         let mut absorbing = Orthonormal::default();
-        base.fitted.rough_sensitivities(&stack).into_iter().for_each(|column| absorbing.push(column));
+        columns.iter().for_each(|column| absorbing.push(column.clone()));
         let mut sketched: Vec<(f64, Physics, &Screened)> =
             promising.par_iter().filter_map(|screened| self.sketch(base, screened, &absorbing)).collect();
         sketched.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let best = sketched.first().map_or(0.0, |(left, ..)| base.fitted.sum_of_squares - left);
-        let contends = |left: f64| base.fitted.sum_of_squares - left > CONTENDS * best;
-        let contenders = sketched.iter().take_while(|(left, ..)| contends(*left)).count();
+        let before = base.fitted.sum_of_squares;
+        let best = sketched.first().map_or(0.0, |(left, ..)| before - left);
+        let contenders = sketched.iter().take_while(|(left, ..)| before - left > CONTENDS * best).count();
         sketched.truncate(contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()));
-        let tried = sketched
+        // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
+        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
+        let own: Vec<Vec<f64>> =
+            own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
+        let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter_map(|(_, physics, screened)| self.try_on(base, screened, physics))
+            .filter_map(|(_, physics, screened)| {
+                Some((self.begun(base, screened, physics, &own)?, *screened))
+            })
             .collect();
+        begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
+        let best = begun.first().map_or(0.0, |(fitted, _)| before - fitted.sum_of_squares);
+        begun.retain(|(fitted, _)| before - fitted.sum_of_squares > CONTENDS * best);
+        let tried =
+            begun.par_iter().filter_map(|(fitted, screened)| self.try_on(base, screened, fitted)).collect();
         (screened, tried)
     }
 
@@ -109,7 +136,8 @@ impl Search<'_> {
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let stack = self.study.stack(Role::Train);
         let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
-        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, Some(absorbing), Effort::SKETCH)?;
+        let fitted =
+            fit_near(&stack, &hypothesis, &free, &start, near, Others::Absorb(absorbing), Effort::SKETCH)?;
         for (parameter, value) in free.iter().zip(&fitted.values) {
             if let Some((_, name)) = parameter.path.rsplit_once('.') {
                 physics.parameters.insert(name.to_owned(), *value);
@@ -118,11 +146,25 @@ impl Search<'_> {
         Some((fitted.sum_of_squares, physics))
     }
 
-    /// Fits one candidate on top of a set and runs its gates.
-    fn try_on(&self, base: &Member, screened: &Screened, physics: &Physics) -> Option<Tried> {
+    /// Begins the fit of one candidate on top of a set.
+    fn begun(
+        &self,
+        base: &Member,
+        screened: &Screened,
+        physics: &Physics,
+        own: &[Vec<f64>],
+    ) -> Option<Fitted> {
         let number = base.laws.len() + 1 + self.given_laws;
         let amplitudes = self.candidates[screened.candidate].amplitude_names();
-        let member = self.extended(base, screened.candidate, physics, number, &amplitudes)?;
+        self.extended(base, screened.candidate, physics, number, &amplitudes, own)
+    }
+
+    /// Goes on with that fit and runs the candidate's gates.
+    fn try_on(&self, base: &Member, screened: &Screened, begun: &Fitted) -> Option<Tried> {
+        let number = base.laws.len() + 1 + self.given_laws;
+        let fitted = self.fitted_on(begun, Effort::COMPARE);
+        let laws = [&base.laws[..], &[screened.candidate]].concat();
+        let member = self.member(laws, fitted.unwrap_or_else(|| begun.clone()))?;
         let own = format!("physics.{number}.");
         let stack = self.study.stack(Role::Train);
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);

@@ -2,10 +2,12 @@
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+use stillbeam_plant::Motion;
 
 use super::trials::{Candidate, Trial};
 use crate::fit::Fitted;
 use crate::intervals::Scatter;
+use crate::simulation::{first_effect, motion};
 use crate::stacking::Stack;
 
 /// What the screen says of one candidate.
@@ -52,7 +54,7 @@ pub(crate) fn screen(
     let columns = fitted.sensitivities(stack);
     let mut absorbing = Orthonormal::default();
     columns.iter().for_each(|column| absorbing.push(column.clone()));
-    let telling = Telling::new(fitted, &residuals, &columns);
+    let telling = Telling::new(stack, fitted, &residuals, &columns);
     candidates
         .par_iter()
         .enumerate()
@@ -60,8 +62,8 @@ pub(crate) fn screen(
             let mut seen: Vec<Seen> = telling
                 .best_trials(stack, fitted, candidate)
                 .into_iter()
-                .filter_map(|(trial, size)| {
-                    see(stack, fitted, &residuals, &absorbing, candidate, trial, size)
+                .filter_map(|sized| {
+                    see(stack, fitted, &residuals, &absorbing, candidate, sized, telling.record)
                 })
                 .collect();
             seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
@@ -79,10 +81,20 @@ struct Telling<'t> {
     record: usize,
     residuals: &'t [f64],
     absorbing: Orthonormal,
+    /// The motion there under the fitted model, where that is known.
+    motion: Option<Motion>,
+}
+
+/// A trial, what its amplitudes are to be multiplied by, and its effect on the telling recording if that was simulated.
+struct Sized<'c> {
+    trial: &'c Trial,
+    size: f64,
+    effect: Option<Vec<f64>>,
+    explained: f64,
 }
 
 impl<'t> Telling<'t> {
-    fn new(fitted: &Fitted, residuals: &'t [f64], columns: &[Vec<f64>]) -> Self {
+    fn new(stack: &Stack<'_>, fitted: &Fitted, residuals: &'t [f64], columns: &[Vec<f64>]) -> Self {
         let mut start = 0;
         let mut best = (0, f64::NEG_INFINITY, 0..0);
         for (index, record) in fitted.records.iter().enumerate() {
@@ -96,32 +108,72 @@ impl<'t> Telling<'t> {
         let (record, _, rows) = best;
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column[rows.clone()].to_vec()));
-        Self { record, residuals: &residuals[rows], absorbing }
+        let fit = fitted.records.get(record);
+        let motion = fit.and_then(|fit| motion(&fitted.hypothesis, stack.records[record], &fit.initial));
+        Self { record, residuals: &residuals[rows], absorbing, motion }
     }
 
-    /// The trials that are looked at on all recordings, each with what its amplitudes are to be multiplied by.
+    /// The trials that are looked at on all recordings. Where there are many, they are compared by what their forces would do
+    /// along the motion that there is without them.
     fn best_trials<'c>(
         &self,
         stack: &Stack<'_>,
         fitted: &Fitted,
         candidate: &'c Candidate,
-    ) -> Vec<(&'c Trial, f64)> {
-        let mut sized: Vec<(&Trial, f64, f64)> = candidate
-            .trials
-            .iter()
-            .filter_map(|trial| {
-                let (mut effect, size) = self.sized_effect(stack, fitted, candidate, trial)?;
-                self.absorbing.remove_from(&mut effect);
-                let left = dot(&effect, &effect);
-                let along = dot(&effect, self.residuals);
-                Some((trial, size, if left > 0.0 { along * along / left } else { 0.0 }))
-            })
-            .collect();
-        if sized.len() > MANY {
-            sized.sort_by(|a, b| b.2.total_cmp(&a.2));
-            sized.truncate(MANY);
+    ) -> Vec<Sized<'c>> {
+        let trials = candidate.trials.iter();
+        if candidate.trials.len() <= MANY {
+            return trials.filter_map(|trial| self.sized(stack, fitted, candidate, trial, 1.0)).collect();
         }
-        sized.into_iter().map(|(trial, size, _)| (trial, size)).collect()
+        let mut compared: Vec<Sized<'c>> =
+            trials.clone().filter_map(|trial| self.compared_along(stack, fitted, candidate, trial)).collect();
+        if compared.is_empty() {
+            compared = trials.filter_map(|trial| self.sized(stack, fitted, candidate, trial, 1.0)).collect();
+        }
+        compared.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        compared.truncate(MANY);
+        let simulated = |sized: Sized<'c>| match sized.effect {
+            Some(_) => Some(sized),
+            None => self.sized(stack, fitted, candidate, sized.trial, sized.size),
+        };
+        compared.into_iter().filter_map(simulated).collect()
+    }
+
+    fn compared_along<'c>(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &Candidate,
+        trial: &'c Trial,
+    ) -> Option<Sized<'c>> {
+        let law = candidate.physics(trial, 1.0);
+        let signals =
+            first_effect(&fitted.hypothesis, stack.records[self.record], &law, self.motion.as_ref()?)?;
+        let mut effect = stack.weighted(self.record, &signals);
+        fitted.records[self.record].nuisances.remove_from(&mut effect);
+        let length = dot(&effect, &effect).sqrt();
+        let size = dot(self.residuals, self.residuals).sqrt() / length;
+        size.is_finite().then(|| Sized { trial, size, explained: self.explained(effect), effect: None })
+    }
+
+    /// What an effect would take off the residual, the model's own parameters following.
+    fn explained(&self, mut effect: Vec<f64>) -> f64 {
+        self.absorbing.remove_from(&mut effect);
+        let left = dot(&effect, &effect);
+        let along = dot(&effect, self.residuals);
+        if left > 0.0 { along * along / left } else { 0.0 }
+    }
+
+    fn sized<'c>(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &Candidate,
+        trial: &'c Trial,
+        start: f64,
+    ) -> Option<Sized<'c>> {
+        let (effect, size) = self.sized_effect(stack, fitted, candidate, trial, start)?;
+        Some(Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) })
     }
 
     /// The change that a law makes, at an amplitude whose effect has about the size of the residual; and by how much the trial's
@@ -132,9 +184,9 @@ impl<'t> Telling<'t> {
         fitted: &Fitted,
         candidate: &Candidate,
         trial: &Trial,
+        mut size: f64,
     ) -> Option<(Vec<f64>, f64)> {
         let target = dot(self.residuals, self.residuals).sqrt();
-        let mut size = 1.0;
         let mut last = None;
         for _ in 0..ROUNDS {
             let effect = effect(stack, fitted, candidate, trial, size, self.record);
@@ -173,12 +225,16 @@ fn see(
     residuals: &[f64],
     absorbing: &Orthonormal,
     candidate: &Candidate,
-    trial: &Trial,
-    size: f64,
+    sized: Sized<'_>,
+    telling: usize,
 ) -> Option<Seen> {
+    let Sized { trial, size, effect: known, .. } = sized;
     let mut effect: Vec<f64> = Vec::with_capacity(residuals.len());
     for record in 0..fitted.records.len() {
-        effect.extend(self::effect(stack, fitted, candidate, trial, size, record)?);
+        match known.as_ref().filter(|_| record == telling) {
+            Some(known) => effect.extend(known),
+            None => effect.extend(self::effect(stack, fitted, candidate, trial, size, record)?),
+        }
     }
     let whole = dot(&effect, &effect);
     // Twice: one pass leaves rounding of what was large.

@@ -6,10 +6,13 @@
 //! may only have stood in for what came later. When a law takes away so much that the noise below is seen for the first
 //! time, the outputs are weighted by it before the search goes on.
 
+use std::collections::HashMap;
+use std::sync::Mutex;
+
 use rayon::prelude::*;
 use stillbeam_plant::Model;
 
-use super::rounds::Tried;
+use super::rounds::{Round, Tried};
 use super::screening::Screened;
 use super::sets::Member;
 use super::trials::Candidate;
@@ -46,6 +49,8 @@ pub(crate) struct Search<'s> {
     pub(crate) floors: Vec<Option<NoiseFloor>>,
     /// Whether that has changed since the search began.
     pub(crate) weighed_again: bool,
+    /// Rounds made since, by the laws of the set that they began from.
+    pub(crate) rounds: Mutex<HashMap<Vec<usize>, Round>>,
 }
 
 impl Search<'_> {

@@ -6,7 +6,7 @@ use stillbeam_recording::Role;
 use super::gates::compare;
 use super::selection::Search;
 use super::trials::Candidate;
-use crate::fit::{Effort, Fitted, fit, fit_near};
+use crate::fit::{Effort, Fitted, Others, fit, fit_near};
 use crate::parameters::FreeParameter;
 use crate::refit::refit_beside_laws;
 use crate::simulation::Hypothesis;
@@ -35,7 +35,7 @@ const NEAR: f64 = 2.0;
 const COMES_CLOSER: f64 = 0.6;
 
 impl Search<'_> {
-    /// A set with one more law, fitted.
+    /// The beginning of the fit of a set with one more law; `own` are derivatives by the model's own parameters without it.
     pub(crate) fn extended(
         &self,
         base: &Member,
@@ -43,7 +43,8 @@ impl Search<'_> {
         physics: &Physics,
         number: usize,
         amplitudes: &[String],
-    ) -> Option<Member> {
+        own: &[Vec<f64>],
+    ) -> Option<Fitted> {
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
         let added =
             law_parameters(&hypothesis.model, physics, number, &self.candidates[candidate], amplitudes);
@@ -53,8 +54,7 @@ impl Search<'_> {
             base.fitted.values.iter().copied().chain(added.iter().map(|parameter| parameter.given)).collect();
         let stack = self.study.stack(Role::Train);
         let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
-        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, None, Effort::TRIAL)?;
-        self.member([&base.laws[..], &[candidate]].concat(), fitted)
+        fit_near(&stack, &hypothesis, &free, &start, near, Others::Known(own), Effort::BEGIN)
     }
 
     pub(crate) fn member(&self, laws: Vec<usize>, fitted: Fitted) -> Option<Member> {
@@ -103,14 +103,14 @@ impl Search<'_> {
 
     /// A set fitted to the end.
     pub(crate) fn finished(&self, member: Member) -> Member {
-        self.fitted_on(member, Effort::FULL)
+        self.further(member, Effort::FULL)
     }
 
     /// A rival fitted to the end, given up while it does not come closer to the chosen set: `None` then.
     pub(crate) fn finished_if_close(&self, mut member: Member, chosen: &Member) -> Option<Member> {
         let mut behind = self.better_by(&member, chosen);
         while behind > NEAR * self.options.separation {
-            member = self.fitted_on(member, Effort::TRIAL);
+            member = self.further(member, Effort::TRIAL);
             let now = self.better_by(&member, chosen);
             if now > COMES_CLOSER * behind {
                 return None;
@@ -121,13 +121,16 @@ impl Search<'_> {
         (self.better_by(&member, chosen) < self.options.separation).then_some(member)
     }
 
-    /// A set fitted further, if that makes it better.
-    fn fitted_on(&self, member: Member, effort: Effort) -> Member {
+    fn further(&self, member: Member, effort: Effort) -> Member {
+        let fitted = self.fitted_on(&member.fitted, effort);
+        fitted.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
+    }
+
+    /// A fit carried on, if that makes it better.
+    pub(crate) fn fitted_on(&self, from: &Fitted, effort: Effort) -> Option<Fitted> {
         let stack = self.study.stack(Role::Train);
-        let from = &member.fitted;
         let fitted = fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), effort);
-        let better = fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares);
-        better.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
+        fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
 
     /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the set is then
@@ -140,6 +143,7 @@ impl Search<'_> {
         self.study.weigh_by_floors(&floors);
         self.floors = floors;
         self.weighed_again = true;
+        self.rounds = std::sync::Mutex::default();
         let stack = self.study.stack(Role::Train);
         let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
         let mut hypothesis = Hypothesis { model: self.given.clone() };

@@ -223,7 +223,7 @@ impl Step {
                 break;
             }
             // A force that hardly depends on itself: what the secant leaves is the square of this.
-            if round == 0 && at_b.abs() <= 1e-6 * b.abs() {
+            if round == 0 && at_b.abs() <= 1e-4 * b.abs() {
                 return next;
             }
             // The secant's error is the product of the last two: nothing is left to gain.

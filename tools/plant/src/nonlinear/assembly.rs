@@ -267,7 +267,11 @@ fn acts_on_base(physics: &Physics) -> bool {
 }
 
 /// The law of a table at every point that it acts on.
-fn elements(model: &Model, physics: &Physics, space: &StateSpace) -> Result<Vec<Element>, PlantError> {
+pub(crate) fn elements(
+    model: &Model,
+    physics: &Physics,
+    space: &StateSpace,
+) -> Result<Vec<Element>, PlantError> {
     let mut effort = Effort::None;
     let points: Vec<(usize, f64)> = match physics.location.as_str() {
         "drive" => {

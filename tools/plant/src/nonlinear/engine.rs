@@ -6,22 +6,23 @@ use super::steps::{Port, PortStep, Steps};
 use crate::catalogue::{ForceLaw, Step};
 use crate::error::PlantError;
 use crate::linear::dot;
+use crate::rerun::Motion;
 use crate::state_space::{InjectionPoint, Row, StateSpace};
 
 /// Sweeps over the laws of one sub-step at most; two laws settle in a handful.
 const MOST_SWEEPS: usize = 60;
 
 /// A law at work.
-pub(super) struct Element {
+pub(crate) struct Element {
     pub(super) law: Box<dyn ForceLaw>,
     pub(super) effort: Effort,
     /// Index of the point, for feedthrough, and its direction.
-    pub(super) point: usize,
+    pub(crate) point: usize,
     pub(super) sign: f64,
 }
 
 /// Force that the drive exerts, for the laws that depend on it.
-pub(super) enum Effort {
+pub(crate) enum Effort {
     /// No law asks.
     None,
     /// The input times this.
@@ -38,6 +39,42 @@ pub(super) struct Engine {
     /// Mean forces of the sub-step before.
     pub(super) forces: Vec<f64>,
     next: Vec<f64>,
+}
+
+impl Element {
+    /// The force on its point along a motion that it does not change, sample by sample.
+    pub(crate) fn along(mut self, motion: &Motion, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
+        let last = motion.time_s.len().saturating_sub(1);
+        (0..motion.time_s.len())
+            .map(|k| {
+                let (before, after) = (k.saturating_sub(1), (k + 1).min(last));
+                let between_s = motion.time_s[after] - motion.time_s[before];
+                let effort = match self.effort {
+                    Effort::None => 0.0,
+                    Effort::Input(gain) => gain * motion.input[k],
+                    Effort::Servo(mass) => mass * (velocity[after] - velocity[before]) / between_s,
+                };
+                // From half-way to the neighbour before to half-way to the one after: the mean force belongs to the sample.
+                let half = |samples: &[f64], neighbour: usize| 0.5 * (samples[k] + samples[neighbour]);
+                let seen = Step {
+                    time_s: half(&motion.time_s, before),
+                    step_s: 0.5 * between_s,
+                    z: self.sign * half(displacement, before),
+                    v: self.sign * half(velocity, before),
+                    z_free: self.sign * half(displacement, after),
+                    v_free: self.sign * half(velocity, after),
+                    // A gain of nearly nothing: the motion stays as it is, and dry friction slides.
+                    z_gain: 0.0,
+                    v_gain: 1e-300,
+                    effort,
+                    effort_gain: 0.0,
+                };
+                let force = self.law.force(&seen);
+                self.law.made(&seen, force);
+                self.sign * force
+            })
+            .collect()
+    }
 }
 
 impl Engine {

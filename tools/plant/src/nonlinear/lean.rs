@@ -239,9 +239,14 @@ impl<const N: usize> Lean<N> {
 }
 
 impl Machine<'_> {
-    /// Whether the lean form covers it.
-    fn is_plain(&self) -> bool {
+    /// Whether nothing runs apart from the plant.
+    pub(crate) fn is_plain(&self) -> bool {
         self.servo.is_none() && self.motions.is_empty() && self.control.is_none()
+    }
+
+    /// Reads displacement and velocity of every injection point in turn instead of the model's outputs.
+    pub(crate) fn watch_points(&mut self) {
+        self.plant.space.watch_points();
     }
 
     /// As [`Machine::run`] with first-order hold, keeping what [`Look`] says: by the lean form where that covers the machine.

@@ -210,6 +210,15 @@ impl StateSpace {
         &self.outputs
     }
 
+    /// Replaces the outputs by displacement and velocity of every injection point in turn.
+    pub(crate) fn watch_points(&mut self) {
+        let count = self.points.len();
+        let rows = self.points.iter().flat_map(|point| [&point.displacement, &point.velocity]);
+        self.outputs = rows
+            .map(|row| Output { column: String::new(), row: row.clone(), feedthrough: vec![0.0; count] })
+            .collect();
+    }
+
     /// The places at which forces can act.
     pub fn points(&self) -> &[InjectionPoint] {
         &self.points

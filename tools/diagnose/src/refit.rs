@@ -47,8 +47,17 @@ pub(crate) fn refit_beside_laws(
 ) -> Option<Fitted> {
     let laws = before.free.iter().filter(|parameter| parameter.path.starts_with("physics.")).cloned();
     let candidates: Vec<FreeParameter> = laws.chain(free_parameters(&hypothesis.model)).collect();
-    let start = started_from(&candidates, before);
-    refit_at(stack, hypothesis, &candidates, start, &before.initial_states()).ok().map(|(fitted, _)| fitted)
+    let fitted = |start: Vec<f64>, states: &[Vec<f64>]| {
+        refit_at(stack, hypothesis, &candidates, start, states).ok().map(|(fitted, _)| fitted)
+    };
+    let there = fitted(started_from(&candidates, before), &before.initial_states());
+    // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be nearer.
+    let law = |parameter: &FreeParameter| parameter.path.starts_with("physics.");
+    let from_drawing = started_from(&candidates, before).into_iter().zip(&candidates);
+    let from_drawing =
+        from_drawing.map(|(value, parameter)| if law(parameter) { value } else { parameter.given });
+    let drawn = fitted(from_drawing.collect(), &[]);
+    there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
 
 /// Where an earlier fit ended, for the parameters that it had.
@@ -73,15 +82,57 @@ fn refit_at(
     let moved = given.with_values(candidates, &start).ok_or_else(diverged)?;
     let records = stack.evaluate(&moved, states).ok_or_else(diverged)?;
     let sum_of_squares = records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
-    let at_start =
+    let mut at =
         Fitted { hypothesis: moved, free: candidates.to_vec(), values: start, records, sum_of_squares };
-    let (kept, dropped) = distinguishable(stack, &at_start);
-    let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
-    let values: Vec<f64> = kept.iter().map(|&index| at_start.values[index]).collect();
-    let base = at_start.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
-    let fitted = fit(stack, &base, &free, &values, states, Effort::FULL).ok_or_else(diverged)?;
-    let paths = dropped.into_iter().map(|index| candidates[index].path.clone()).collect();
-    Ok((fitted, paths))
+    let mut free_before = Vec::new();
+    for _ in 0..MOST_CHOICES {
+        let (kept, dropped) = distinguishable(stack, &at);
+        let paths = dropped.iter().map(|&index| candidates[index].path.clone()).collect();
+        if kept == free_before {
+            return Ok((freed(at, &kept), paths));
+        }
+        let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
+        let values: Vec<f64> = kept.iter().map(|&index| at.values[index]).collect();
+        let base = at.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
+        let fitted =
+            fit(stack, &base, &free, &values, &at.initial_states(), Effort::FULL).ok_or_else(diverged)?;
+        let settled = fitted.sum_of_squares > LESS * at.sum_of_squares;
+        let (hypothesis, mut all) = (fitted.hypothesis.clone(), given_values(candidates));
+        kept.iter().zip(&fitted.values).for_each(|(&index, value)| all[index] = *value);
+        if settled {
+            return Ok((fitted, paths));
+        }
+        let sum_of_squares = fitted.sum_of_squares;
+        at = Fitted {
+            hypothesis,
+            free: candidates.to_vec(),
+            values: all,
+            records: fitted.records,
+            sum_of_squares,
+        };
+        free_before = kept;
+    }
+    let (kept, dropped) = (free_before.clone(), (0..candidates.len()).filter(|i| !free_before.contains(i)));
+    let paths = dropped.map(|index| candidates[index].path.clone()).collect();
+    Ok((freed(at, &kept), paths))
+}
+
+/// Which parameters are free is decided at most this often, ...
+const MOST_CHOICES: usize = 4;
+/// ... anew when a fit has left less than this share: what is left sets what shows.
+const LESS: f64 = 0.5;
+
+fn given_values(candidates: &[FreeParameter]) -> Vec<f64> {
+    candidates.iter().map(|parameter| parameter.given).collect()
+}
+
+/// The same with only these of its parameters free.
+fn freed(fitted: Fitted, kept: &[usize]) -> Fitted {
+    Fitted {
+        free: kept.iter().map(|&index| fitted.free[index].clone()).collect(),
+        values: kept.iter().map(|&index| fitted.values[index]).collect(),
+        ..fitted
+    }
 }
 
 /// Indices of the parameters that add a direction of their own, and of the others.
@@ -89,8 +140,11 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
     let columns = fitted.sensitivities(stack);
     let mut basis = Orthonormal::default();
     let (mut kept, mut dropped) = (Vec::new(), Vec::new());
-    // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now.
-    let level = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt().min(1.0);
+    // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now. A refit without laws
+    // may use all that shows in the noise; beside laws that are not fitted yet, directions that hardly show are where a fit runs
+    // away to make up for them.
+    let left = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt();
+    let level = if fitted.hypothesis.is_linear() { left.min(1.0) } else { left };
     for (index, column) in columns.into_iter().enumerate() {
         let whole = dot(&column, &column).sqrt();
         let mut rest = column.clone();

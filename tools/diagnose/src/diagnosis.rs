@@ -1,6 +1,6 @@
 //! From a model and recordings to a verdict: the pipeline, readable from top to bottom.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
@@ -13,7 +13,7 @@ use crate::intervals::standard_errors;
 use crate::locate::locate;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
-use crate::naming::selection::Search;
+use crate::naming::selection::{Search, Selection};
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::next_experiment::{other_amplitude, separating_run};
 use crate::options::Options;
@@ -67,6 +67,10 @@ pub fn diagnose(
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
+        deadline: options
+            .time_limit_s
+            .and_then(|limit_s| Duration::try_from_secs_f64(limit_s).ok())
+            .and_then(|limit| started.checked_add(limit)),
         rounds: std::sync::Mutex::default(),
         study: &mut study,
     };
@@ -104,6 +108,7 @@ pub fn diagnose(
     let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
     let rest_is_noise = is_adequate(&final_tests, options);
     let verdict = verdict(&selection, refit_adequate, rest_is_noise, explained_share);
+    study.caps.extend(time_cap(&selection, options));
     // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);
@@ -183,6 +188,17 @@ fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
         Verdict::Improved => format!("{first} {numbers} A structured rest remains."),
         Verdict::Explained => format!("{first} {numbers}"),
     }
+}
+
+/// What was not looked for because time was over.
+fn time_cap(selection: &Selection, options: &Options) -> Option<String> {
+    let limit_s = options.time_limit_s.filter(|_| !selection.left_out.is_empty())?;
+    let mut left_out = selection.left_out.clone();
+    left_out.dedup();
+    Some(format!(
+        "the search was ended after {limit_s} s, before it looked for {}; a longer limit may tell more",
+        left_out.join(" and for ")
+    ))
 }
 
 /// Whether nothing but noise is left on any recording; the probability of a false alarm is shared between tests.

@@ -20,6 +20,10 @@ pub struct Options {
     /// The largest amplitude that the machine may be given, in the unit of the model's input, for proposals of a next run;
     /// three times the largest recorded one when nothing is said.
     pub most_amplitude: Option<f64>,
+    /// Seconds after which no further search is begun: for more laws, for others in their place, for laws that would do as well.
+    /// What is under way is finished, so the whole takes somewhat longer. A search that was ended says so in the caps and
+    /// comes to no verdict more certain than the whole would have. `None`: no end.
+    pub time_limit_s: Option<f64>,
 }
 
 impl Default for Options {
@@ -32,6 +36,7 @@ impl Default for Options {
             most_terms: 4,
             without: Vec::new(),
             most_amplitude: None,
+            time_limit_s: None,
         }
     }
 }

@@ -26,6 +26,8 @@ pub(crate) fn verdict(
         return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
     }
     match (rest_is_noise, selection.rivals.is_empty()) {
+        // Without a search for rivals nothing is certain.
+        (true, true) if !selection.left_out.is_empty() => Verdict::Improved,
         (true, true) => Verdict::Explained,
         (true, false) => Verdict::Ambiguous,
         (false, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,

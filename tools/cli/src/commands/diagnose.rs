@@ -51,6 +51,10 @@ pub struct DiagnoseArgs {
     /// next [default: three times the largest recorded]
     #[arg(long, value_name = "AMPLITUDE")]
     most_amplitude: Option<f64>,
+    /// Begin no further search after this many seconds; the result then says what was not looked for, and no verdict is more
+    /// certain than the whole search would make it
+    #[arg(long, value_name = "SECONDS")]
+    time_limit: Option<f64>,
 }
 
 impl DiagnoseArgs {
@@ -67,6 +71,7 @@ impl DiagnoseArgs {
         let (recordings, held_out) = (read(&self.recordings)?, read(&self.held_out)?);
         let mut options = Options::default();
         options.most_amplitude = self.most_amplitude;
+        options.time_limit_s = self.time_limit;
         let mut teller = Teller::new();
         let mut found = diagnose(&model, &recordings, &held_out, &options, &mut |progress| {
             teller.tell(streams, progress);

@@ -52,6 +52,10 @@ impl Search<'_> {
         }
         for (place, set) in without.iter().enumerate() {
             say("looking for laws that would do as well", 0.3 + 0.6 * place as f64 / without.len() as f64);
+            if self.is_over() {
+                self.suspect_rivals(&mut selection);
+                break;
+            }
             self.find_rivals(&mut selection, set);
         }
         selection
@@ -108,6 +112,19 @@ impl Search<'_> {
                 _ => false,
             }
         })
+    }
+
+    /// Time is over: whatever was tried and passes its gates counts as doing as well, for that it does not is not known.
+    fn suspect_rivals(&self, selection: &mut Selection) {
+        selection.left_out.push("laws that would do as well");
+        let chosen = &selection.chosen.laws;
+        let others = selection.tried.iter().filter(|other| {
+            other.passes() && !chosen.contains(&other.candidate) && other.member.laws.len() == chosen.len()
+        });
+        let suspected: Vec<Member> = others.map(|other| other.member.clone()).collect();
+        let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
+        let suspected: Vec<Member> = suspected.into_iter().filter(|member| !known(member)).collect();
+        selection.rivals.extend(suspected);
     }
 
     fn find_rivals(&self, selection: &mut Selection, without: &Member) {

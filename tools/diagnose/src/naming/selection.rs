@@ -8,6 +8,7 @@
 
 use std::collections::HashMap;
 use std::sync::Mutex;
+use std::time::Instant;
 
 use rayon::prelude::*;
 use stillbeam_plant::Model;
@@ -34,6 +35,8 @@ pub(crate) struct Selection {
     pub(crate) rivals: Vec<Member>,
     /// The judgement of every law in the chosen set, against the set without it.
     pub(crate) judged: Vec<Tried>,
+    /// What was not looked for because time was over.
+    pub(crate) left_out: Vec<&'static str>,
 }
 
 /// The search.
@@ -49,11 +52,18 @@ pub(crate) struct Search<'s> {
     pub(crate) floors: Vec<Option<NoiseFloor>>,
     /// Whether that has changed since the search began.
     pub(crate) weighed_again: bool,
+    /// When no further search is begun.
+    pub(crate) deadline: Option<Instant>,
     /// Rounds made since, by the laws of the set that they began from.
     pub(crate) rounds: Mutex<HashMap<Vec<usize>, Round>>,
 }
 
 impl Search<'_> {
+    /// Whether no further search is to be begun.
+    pub(crate) fn is_over(&self) -> bool {
+        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+    }
+
     /// Adds, swaps and deletes until no law passes any more. The gates are run again in [`Search::judge`].
     pub(crate) fn run(
         &mut self,
@@ -64,7 +74,13 @@ impl Search<'_> {
         let mut chosen = Member { laws: Vec::new(), fitted: refitted.clone(), held_out };
         let mut screened_first = Vec::new();
         let mut tried_first: Vec<Tried> = Vec::new();
+        let mut left_out = Vec::new();
         while chosen.laws.len() < self.options.most_terms {
+            // The first law is looked for in any case.
+            if self.is_over() && !screened_first.is_empty() {
+                left_out.push("further laws");
+                break;
+            }
             let done = chosen.laws.len() as f64 / self.options.most_terms as f64;
             say(&format!("trying what explains the rest beside {} law(s)", chosen.laws.len()), done);
             let (screened, tried) = self.round(&chosen);
@@ -75,7 +91,9 @@ impl Search<'_> {
             let Some(best) = self.simplest_of_the_best(tried) else { break };
             chosen = self.weighed_again(best.member);
             chosen = self.pruned(chosen);
-            if chosen.laws.len() > 1 {
+            if chosen.laws.len() > 1 && self.is_over() {
+                left_out.push("other laws in place of those chosen");
+            } else if chosen.laws.len() > 1 {
                 say("trying other laws in place of those chosen", done + 0.1);
                 chosen = self.swapped(chosen);
             }
@@ -86,6 +104,7 @@ impl Search<'_> {
             tried: tried_first,
             rivals: Vec::new(),
             judged: Vec::new(),
+            left_out,
         }
     }
 

@@ -28,7 +28,7 @@ const USAGE: &str =
   --least-right N   fail when fewer answers are right
   --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
   --real DATA       diagnose published recordings of real machines instead of concealed cases
-  --only NAME       of them only this one (emps, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
+  --only NAME       of them only this one (emps, emps_in_loop, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
   --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {

@@ -41,6 +41,11 @@ impl Table {
         Self { names, columns }
     }
 
+    /// Its columns in their order.
+    pub(super) fn into_columns(self) -> Vec<Vec<f64>> {
+        self.columns
+    }
+
     /// A column; empty if there is none of that name.
     pub(super) fn column(&self, name: &str) -> &[f64] {
         let place = self.names.iter().position(|known| known == name);

@@ -44,6 +44,8 @@ pub struct Bench {
     pub limit_s: f64,
     /// Keep scores that are there.
     pub resume: bool,
+    /// After so many minutes no case is begun; scores that are there are still collected. 0: none is begun at all.
+    pub minutes: Option<f64>,
 }
 
 /// The bench could not be run.
@@ -65,7 +67,8 @@ pub enum BenchError {
     },
 }
 
-/// Runs the bench; `progress` gets a line per case, scores come back in the order of their numbers.
+/// Runs the bench; `progress` gets a line per case, scores come back in the order of their numbers. Cases that the time did not
+/// allow are left out.
 ///
 /// # Errors
 /// [`BenchError`], the first one met; scores written before stay for `resume`.
@@ -81,8 +84,10 @@ pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>
             if number >= bench.cases || failed {
                 break;
             }
-            match bench.one(number) {
-                Ok((score, fresh)) => {
+            let late = bench.minutes.is_some_and(|minutes| begun.elapsed().as_secs_f64() >= 60.0 * minutes);
+            match bench.one(number, late) {
+                Ok(None) => {}
+                Ok(Some((score, fresh))) => {
                     let done = done.fetch_add(1, Ordering::Relaxed) + 1;
                     if fresh {
                         let fresh_ones = fresh_ones.fetch_add(1, Ordering::Relaxed) + 1;
@@ -131,15 +136,18 @@ fn line(score: &Score, done: usize, cases: usize, left_s: f64) -> String {
 }
 
 impl Bench {
-    /// One case's score, and whether it was worked out now.
-    fn one(&self, number: usize) -> Result<(Score, bool), BenchError> {
+    /// One case's score, and whether it was worked out now; `None` where it is too late to begin.
+    fn one(&self, number: usize, late: bool) -> Result<Option<(Score, bool)>, BenchError> {
         let name = format!("{number:04}");
         let score_file = self.out.join("scores").join(&name).with_extension("json");
         if self.resume
             && let Some(score) =
                 fs::read_to_string(&score_file).ok().and_then(|text| serde_json::from_str(&text).ok())
         {
-            return Ok((score, false));
+            return Ok(Some((score, false)));
+        }
+        if late {
+            return Ok(None);
         }
         let folder = self.out.join("cases").join(&name);
         let sealed = self.out.join("sealed").join(&name).with_extension("json");
@@ -160,7 +168,7 @@ impl Bench {
             fs::create_dir_all(parent).map_err(|source| file_error(parent, source))?;
         }
         fs::write(&score_file, text).map_err(|source| file_error(&score_file, source))?;
-        Ok((score, true))
+        Ok(Some((score, true)))
     }
 
     fn ask(&self, folder: &Path, plans: &[crate::case::RunPlan]) -> Result<Asked, BenchError> {

@@ -26,6 +26,8 @@ const USAGE: &str =
   --resume          keep the scores that are there
   --page FILE.md    write the results page
   --least-right N   fail when fewer answers are right
+  --minutes M       begin no case after so many minutes, and make the page of those that were scored; 0: of what is there
+  --peers FILE      a section to put at the end of the page (host-tests/peers/run_diagnosis)
   --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
   --real DATA       diagnose published recordings of real machines instead of concealed cases
   --only NAME       of them only this one (emps, emps_in_loop, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
@@ -52,9 +54,11 @@ fn bench() -> Result<(), String> {
         jobs: 2,
         limit_s: 20.0,
         resume: false,
+        minutes: None,
     };
     let (mut page_file, mut least_right, mut most_wrong) = (None::<PathBuf>, 0, usize::MAX);
     let (mut drawn, mut data, mut only) = (None, None, None::<String>);
+    let mut peers = None::<PathBuf>;
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let mut value = || words.next().ok_or(format!("{word} needs a value\n{USAGE}"));
@@ -79,6 +83,8 @@ fn bench() -> Result<(), String> {
                 return Ok(());
             }
             "--resume" => bench.resume = true,
+            "--minutes" => bench.minutes = Some(number(&value()?)?),
+            "--peers" => peers = Some(PathBuf::from(value()?)),
             _ => return Err(format!("unknown option {word}\n{USAGE}")),
         }
     }
@@ -107,7 +113,12 @@ fn bench() -> Result<(), String> {
         tool_version: String::from_utf8_lossy(&version.stdout).trim().to_owned(),
         tool_digest: digest(&program),
     };
-    let text = page(&making, &scores);
+    let mut text = page(&making, &scores);
+    if let Some(file) = peers {
+        let section =
+            std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+        text = format!("{text}\n{section}");
+    }
     publish(page_file.as_deref(), &text)?;
     let tally = Tally::of(&scores);
     let (right, wrong) = (tally.count(Mark::Right), tally.count(Mark::Wrong));

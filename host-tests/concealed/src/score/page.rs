@@ -44,7 +44,7 @@ fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Resul
         text,
         "# Concealed physics: what `stillbeam diagnose` finds\n\n\
          Made by `cargo xtask prove --cases {} --seed {} --limit {:.0} --page docs/results/proof.md`; tool {} (program file SHA-256 {}...), \
-         {} cases, one thread and at most {:.0} processor seconds each.\n\n\
+         {}, one thread and at most {:.0} processor seconds each.\n\n\
          Every case is a machine from a simulator that shares no code with the tool ([how](../../host-tests/concealed/src/lib.rs)): \
          a lab's model with fewer modes and wrong parameters, three recordings to train on and two held out. The truth was sealed before the tool ran \
          (SHA-256 of all commitments in order: `{}`) and opened after it had answered.\n\n",
@@ -53,7 +53,11 @@ fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Resul
         making.limit_s,
         making.tool_version,
         &making.tool_digest[..making.tool_digest.len().min(12)],
-        scores.len(),
+        if scores.len() < making.cases {
+            format!("**{} of {} cases ran** in the time that there was", scores.len(), making.cases)
+        } else {
+            format!("{} cases", scores.len())
+        },
         making.limit_s,
         digest(all.as_bytes()),
     )?;

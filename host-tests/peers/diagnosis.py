@@ -356,8 +356,14 @@ def main():
             lines += table(f"Case {case}: {score['machine']}", Task(prove / "cases" / f"{int(case):04}"), note)
     if given.real:
         for folder in sorted(pathlib.Path(given.real).iterdir()):
-            if (folder / "model.toml").exists() and "input" in tomllib.loads((folder / "model.toml").read_text()):
-                lines += table(f"Recorded: {folder.name}", Task(folder), "A real machine: [real.md](real.md).")
+            if not (folder / "model.toml").exists() or "input" not in tomllib.loads((folder / "model.toml").read_text()):
+                print(f"{folder.name}: a free decay, passed over", flush=True)
+                continue
+            task = Task(folder)
+            if any(np.isnan(recording.y).any() for recording in task.train):
+                print(f"{folder.name}: values are missing, which the peers do not take, passed over", flush=True)
+                continue
+            lines += table(f"Recorded: {folder.name}", task, "A real machine: [real.md](real.md).")
     pathlib.Path(given.out).write_text("\n".join(lines))
 
 

@@ -7,7 +7,7 @@ use std::process::Command;
 use serde_json::Value;
 
 use super::force_balance::force_error_percent;
-use super::machines::{Machine, Target};
+use super::machines::{Machine, Part, Target, make};
 use crate::run::{EXTENDED, column_of};
 
 /// An answer and where it is.
@@ -44,7 +44,7 @@ pub(super) fn judged(found: &Found<'_>, target: &Target) -> (bool, String) {
             let named = found.named();
             (!named.iter().any(|id| laws.contains(&id.as_str())), format!("named: {}", listed(&named)))
         }
-        Target::HeldOut(most) => number(found.held_out(), most, &|value| format!("{value:.3e}")),
+        Target::Further(part, most) => number(found.further(&part), most, &|value| format!("{value:.3e}")),
         Target::Force(most) => {
             let extended = fs::read_to_string(found.folder.join(EXTENDED)).ok();
             let error = extended.and_then(|model| force_error_percent(found.data, &model));
@@ -74,15 +74,30 @@ impl Found<'_> {
         sentences.flat_map(|text| text.split(move |c| !is_part_of_name(c)).map(str::to_owned)).collect()
     }
 
-    /// Pooled over the held-out recordings, first output.
-    fn held_out(&self) -> Option<f64> {
-        let fits = self.answer["fit"]["recordings"].as_array()?.iter();
-        let rms: Vec<f64> = fits
-            .filter(|fit| fit["role"] == "held_out")
-            .filter_map(|fit| fit["extended"]["rms"].as_f64())
-            .collect();
-        let mean = rms.iter().map(|rms| rms * rms).sum::<f64>() / rms.len().max(1) as f64;
-        (!rms.is_empty()).then(|| mean.sqrt())
+    /// The extended model is given to the tool as a model, and its error before any refit is read: start and offset are fitted as in every
+    /// other number here, and the input between its samples is made in the same way.
+    fn further(&self, (name, made): &Part) -> Option<f64> {
+        let (first, _) = self.machine.train.first()?;
+        let recording = format!("{name}.csv");
+        fs::write(self.folder.join(&recording), make(self.data, made).ok()?.to_csv()).ok()?;
+        let done = Command::new(self.tool)
+            .current_dir(self.folder)
+            .args([
+                "diagnose",
+                EXTENDED,
+                &format!("{first}.csv"),
+                "--held-out",
+                &recording,
+                "--json",
+                "further.json",
+            ])
+            .output()
+            .ok()?;
+        let text =
+            done.status.success().then(|| fs::read_to_string(self.folder.join("further.json")).ok())??;
+        let answer: Value = serde_json::from_str(&text).ok()?;
+        let mut fits = answer["fit"]["recordings"].as_array()?.iter();
+        fits.find(|fit| fit["role"] == "held_out")?["given"]["rms"].as_f64()
     }
 
     /// Root mean square of the held-out recording minus the extended model's free run on the recorded force, mean taken off.

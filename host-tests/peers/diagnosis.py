@@ -155,7 +155,11 @@ class Sindy:
             for k in range(n):
                 names[f"y{k}"] = float(state[k] / y_scale[k])
                 names[f"v{k}"] = float(state[n + k] / v_scale[k])
-            a = np.array([eval(c, names) for c in code]) * a_scale  # noqa: S307 (compiled from PySINDy's own terms)
+            try:
+                found = [eval(c, names) for c in code]  # noqa: S307 (compiled from PySINDy's own terms)
+            except OverflowError:
+                found = [FAILED] * n
+            a = np.array(found) * a_scale
             if self.beside:
                 a = a + self.nominal(state[None, :n], state[None, n:], np.array([[u]]))[0]
             return np.concatenate([state[n:], a])

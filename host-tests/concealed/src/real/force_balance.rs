@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::table::Table;
 
-/// Where position and forces are compared, hertz: the quantised position gives no acceleration above.
-const BAND_HZ: f64 = 100.0;
+/// Where position and forces are compared, hertz, as the benchmark's own decimation by ten leaves it: Coulomb friction and an offset
+/// give 5.80 %, friction that differs by direction 5.17 %, no dry friction 16.8 %.
+const BAND_HZ: f64 = 40.0;
 const TRAIN: &str = "emps/emps_estimation.csv";
 const HELD_OUT: &str = "emps/emps_validation_pulses.csv";
 /// Name of the columns that are parts of the force; they are told apart by their order.
@@ -15,7 +16,10 @@ const PART: &str = "part";
 
 type Laws = Vec<(String, toml::Table)>;
 
-/// The laws of a model file with their parameters; `None` if it is none.
+/// Springs of the loop that a model file describes; a law beside them is none of the axis.
+const LOOP: &str = "reference-slider";
+
+/// The laws of the axis in a model file with their parameters; `None` if it is none.
 fn laws(model: &str) -> Option<Laws> {
     let model: toml::Table = model.parse().ok()?;
     let laws = model.get("physics").and_then(|laws| laws.as_array()).into_iter().flatten();
@@ -24,7 +28,7 @@ fn laws(model: &str) -> Option<Laws> {
         let parameters = table.get("parameters").and_then(|p| p.as_table()).cloned();
         Some((table.get("id")?.as_str()?.to_owned(), parameters.unwrap_or_default()))
     };
-    laws.map(law).collect()
+    laws.filter(|law| law.get("location").and_then(|place| place.as_str()) != Some(LOOP)).map(law).collect()
 }
 
 /// What the force is made of at one instant: mass, viscous friction, and every law in units of its strengths; `None` for laws that are
@@ -56,7 +60,7 @@ fn number(table: &toml::Table, key: &str) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
-/// Root mean square of recorded minus balanced force over that of the recorded, in per cent, on the record with pulses; below 100 Hz.
+/// Root mean square of recorded minus balanced force over that of the recorded, in per cent, on the record with pulses; below 40 Hz.
 pub(super) fn force_error_percent(data: &Path, model: &str) -> Option<f64> {
     force_error(&laws(model)?, Table::read(&data.join(TRAIN)).ok()?, Table::read(&data.join(HELD_OUT)).ok()?)
 }

@@ -23,7 +23,10 @@ pub(super) struct Found<'f> {
 pub(super) fn judged(found: &Found<'_>, target: &Target) -> (bool, String) {
     let number = |value: Option<f64>, most: f64, show: &dyn Fn(f64) -> String| match value {
         Some(value) => (value <= most, show(value)),
-        None => (false, "not known: nothing was named".to_owned()),
+        None => (
+            false,
+            "not known: nothing was named, or a law that is no function of place and speed".to_owned(),
+        ),
     };
     match *target {
         Target::Named(laws) => {

@@ -20,6 +20,8 @@ const EVERY: f64 = 166.0;
 const RIVALS: usize = 4;
 /// File of the extended model with its laws taken out.
 const WITHOUT: &str = "without.toml";
+/// Samples of an input per sample of the recording.
+const FINER: usize = 5;
 /// Colours for a light page, and for a dark one.
 const STYLE: &str = "<style>\
     .page{fill:#fff}.area{fill:#f4f5f7}.words{fill:#1f2328}.small{fill:#57606a}.window{fill:#fde68a}\
@@ -37,7 +39,7 @@ struct Curve {
 /// Draws a case that the tool has answered, from its folder; `None` where something is missing or nothing was named.
 ///
 /// Before and located: the training recording in which the tool saw most of the mismatch, recorded minus the lab's model and
-/// minus the model with fitted parameters. Named: the laws that it tried, by what each does for the held-out recordings. After: the held-out recording `check`.
+/// minus the fitted model without the law found. Named: the laws that it tried. After: the held-out recording `check`.
 pub fn picture(tool: &Path, folder: &Path, check: &str) -> Option<String> {
     let answer: Value = serde_json::from_str(&fs::read_to_string(folder.join(ANSWER)).ok()?).ok()?;
     let effect = answer["effects"].get(0)?;
@@ -59,9 +61,8 @@ pub fn picture(tool: &Path, folder: &Path, check: &str) -> Option<String> {
     let mut panel = Panel { svg: &mut svg, number: 0 };
     panel.title(&format!("Before: {seen_in}, recorded minus the lab's model, {} rms", millimetres(&before)));
     panel.curves(&time_s, &[], &[Curve { residual: before, class: "before" }]);
-    let shown = sentences.first().copied().unwrap_or_default().trim_end_matches('.');
     panel.title(&format!(
-        "Located: minus the model with fitted parameters, {} rms. {shown}",
+        "Located: minus the fitted model without the law found, {} rms; marked: where most of the mismatch of a linear refit lies",
         millimetres(&located)
     ));
     panel.curves(&time_s, &windows, &[Curve { residual: located, class: "located" }]);
@@ -88,17 +89,44 @@ impl Case<'_> {
         let text = fs::read_to_string(recording(self.folder, run)).ok()?;
         let column = text.lines().next()?.split(',').nth(2)?.to_owned();
         let (time_s, recorded) = (column_of(&text, "time_s")?, column_of(&text, &column)?);
-        let out = format!("picture_{model}.csv");
+        let (finer, out) = (format!("picture_{run}.csv"), format!("picture_{model}.csv"));
+        let input = text.lines().next()?.split(',').nth(1)?.to_owned();
+        fs::write(self.folder.join(&finer), finely(&time_s, &input, &column_of(&text, &input)?)).ok()?;
         let done = Command::new(self.tool)
             .current_dir(self.folder)
-            .args(["simulate", model, "--input", &format!("{run}.csv"), "--out", &out])
+            .args(["simulate", model, "--input", &finer, "--out", &out])
             .output()
             .ok()?;
         let text = done.status.success().then(|| fs::read_to_string(self.folder.join(&out)).ok())??;
-        let simulated = column_of(&text, &column)?;
+        let simulated: Vec<f64> = column_of(&text, &column)?.into_iter().step_by(FINER).collect();
         let differ = recorded.iter().zip(&simulated).map(|(one, other)| one - other).collect();
         (simulated.len() == recorded.len()).then_some((time_s, differ))
     }
+}
+
+/// An input as CSV with [`FINER`] times as many samples, by cubics through its own: the simulation joins samples by straight lines, and
+/// the machine did not.
+fn finely(time_s: &[f64], column: &str, input: &[f64]) -> String {
+    let at = |k: usize| input.get(k).or(input.last()).copied().unwrap_or(0.0);
+    // Derivatives per sample, of fourth order inside.
+    let slope = |k: usize| match k.checked_sub(2) {
+        Some(before) if k + 2 < input.len() => {
+            (8.0 * (at(k + 1) - at(k - 1)) - (at(k + 2) - at(before))) / 12.0
+        }
+        _ => 0.5 * (at(k + 1) - at(k.saturating_sub(1))),
+    };
+    let mut text = format!("time_s,{column}\n");
+    for (k, pair) in time_s.windows(2).enumerate() {
+        let (from, to, way) = (slope(k), slope(k + 1), at(k + 1) - at(k));
+        for part in 0..FINER {
+            let s = part as f64 / FINER as f64;
+            let value = at(k) + s * (from + s * (3.0 * way - 2.0 * from - to + s * (from + to - 2.0 * way)));
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "{:.6},{value:e}", pair[0] + s * (pair[1] - pair[0]));
+        }
+    }
+    let _ = writeln!(text, "{:.6},{:e}", time_s.last().copied().unwrap_or(0.0), at(input.len()));
+    text
 }
 
 /// The recording that a sentence names as `... of NAME.csv lies at ...`.
@@ -221,40 +249,40 @@ impl Panel<'_> {
         self.number += 1;
     }
 
-    /// The laws that were fitted, by how many standard errors each improves the held-out recordings.
+    /// The laws that were tried: how clearly each shows beside what a refit would hide of it.
     fn candidates(&mut self, answer: &Value) {
         let top = self.top();
         self.area(top);
-        let gain = |law: &Value| law["held_out_z"].as_f64();
+        let clear = |law: &Value| law["screen_t"].as_f64().map(f64::abs);
         let mut laws: Vec<(&Value, f64)> = answer["candidates"]
             .as_array()
             .into_iter()
             .flatten()
-            .filter_map(|law| Some((law, gain(law)?)))
+            .filter_map(|law| Some((law, clear(law)?)))
             .collect();
-        laws.sort_by(|a, b| b.1.total_cmp(&a.1));
+        laws.sort_by(|a, b| (b.0["named"] == true).cmp(&(a.0["named"] == true)).then(b.1.total_cmp(&a.1)));
         laws.truncate(1 + RIVALS);
-        let most = laws.first().map_or(1.0, |(_, gain)| gain.max(1.0));
-        for (row, (law, gain)) in laws.iter().enumerate() {
+        let most = laws.iter().fold(1.0_f64, |most, (_, clear)| most.max(*clear));
+        for (row, (law, clear)) in laws.iter().enumerate() {
             let y = top + 6.0 + 19.0 * row as f64;
             let class = if law["named"] == true { "named" } else { "bar" };
             let _ = writeln!(
                 self.svg,
                 "<text class=\"words\" x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"12\">{}</text>\
                  <rect class=\"{class}\" x=\"{}\" y=\"{y}\" width=\"{:.1}\" height=\"13\"/>\
-                 <text class=\"small\" x=\"{:.1}\" y=\"{}\" font-size=\"11\">{gain:.1}</text>",
+                 <text class=\"small\" x=\"{:.1}\" y=\"{}\" font-size=\"11\">{clear:.1}</text>",
                 MARGIN + 215.0,
                 y + 11.0,
                 escaped(&name(law)),
                 MARGIN + 225.0,
-                540.0 * gain.max(0.0) / most,
-                MARGIN + 231.0 + 540.0 * gain.max(0.0) / most,
+                540.0 * clear / most,
+                MARGIN + 231.0 + 540.0 * clear / most,
                 y + 11.0,
             );
         }
         let _ = writeln!(
             self.svg,
-            "<text class=\"small\" x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\">standard errors by which the law, fitted, improves the held-out recordings</text>",
+            "<text class=\"small\" x=\"{}\" y=\"{}\" text-anchor=\"end\" font-size=\"11\">how clearly each law shows on the training recordings, in standard errors, what a refit would hide of it taken out</text>",
             MARGIN + PANEL.0,
             top + PANEL.1 + 15.0,
         );
@@ -304,6 +332,18 @@ mod tests {
         let model = "schema = 1\n[base]\nmass_kg = 2.0\n\n[[physics]]\nid = \"x\"\n[physics.parameters]\nforce = 1.0\n\n[input]\ncolumn = \"force_N\"\n";
         let kept = without_physics(model);
         assert_eq!(kept, "schema = 1\n[base]\nmass_kg = 2.0\n\n[input]\ncolumn = \"force_N\"\n");
+    }
+
+    #[test]
+    fn an_input_is_made_finer_by_smooth_curves_through_its_samples() {
+        let time_s: Vec<f64> = (0..50).map(|k| f64::from(k) * 0.01).collect();
+        let input: Vec<f64> = time_s.iter().map(|t| (30.0 * t).sin()).collect();
+        let fine = finely(&time_s, "force_N", &input);
+        let (t, u) = (column_of(&fine, "time_s").unwrap(), column_of(&fine, "force_N").unwrap());
+        assert_eq!(t.len(), 49 * FINER + 1);
+        assert!((0..50).all(|k| u[k * FINER] == input[k]));
+        let inside = t.iter().zip(&u).skip(3 * FINER).take(44 * FINER);
+        assert!(inside.clone().all(|(t, u)| (u - (30.0 * t).sin()).abs() < 1e-4));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Standard errors of fitted parameters under coloured noise.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SymmetricEigen};
 use stillbeam_identify::tall::{add_scaled, dot};
 
 use crate::fit::{Fitted, gram};
@@ -133,6 +133,16 @@ pub(crate) fn precision(
     (errors, agreements)
 }
 
+/// Inverse of a matrix with ones on its diagonal. Directions that rounding alone fills are given the size of rounding: what they
+/// mix is as good as undetermined, and the other parameters keep their errors.
+fn inverse_of(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    const ROUNDING: f64 = 1e-13;
+    let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, 10_000)?;
+    let least = ROUNDING * eigen.eigenvalues.max();
+    let inverted = eigen.eigenvalues.map(|value| 1.0 / value.max(least));
+    Some(&eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose())
+}
+
 /// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter.
 fn influences(columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let products = gram(columns);
@@ -142,7 +152,7 @@ fn influences(columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     }
     let n = columns.len();
     let scaled = DMatrix::from_fn(n, n, |i, j| products[(i, j)] / (lengths[i] * lengths[j]));
-    let inverse = scaled.cholesky()?.inverse();
+    let inverse = inverse_of(scaled)?;
     let rows = columns.first().map_or(0, Vec::len);
     Some(
         (0..n)

@@ -9,6 +9,9 @@ use stillbeam_plant::{Hold, InitialState, Model, Motion, Physics, PlantError, St
 use crate::parameters::FreeParameter;
 use crate::record::Record;
 
+/// Noise of this share of a step makes the mean of rounded readings smooth.
+const SMOOTH_DITHER: f64 = 0.1;
+
 /// A model, and how many of its laws were added by the diagnosis.
 #[derive(Debug, Clone)]
 pub(crate) struct Hypothesis {
@@ -43,7 +46,11 @@ impl Hypothesis {
     /// The same with readings that are not rounded: derivatives of rounded ones are nothing or infinite. `None` where
     /// nothing rounds.
     pub(crate) fn unrounded(&self) -> Option<Self> {
-        let rounds = |law: &Physics| law.id == "quantisation";
+        let value = |law: &Physics, name: &str| law.parameters.get(name).copied().unwrap_or(0.0);
+        // Noise before the rounding makes its mean smooth.
+        let rounds = |law: &Physics| {
+            law.id == "quantisation" && value(law, "dither") < SMOOTH_DITHER * value(law, "step")
+        };
         self.model.setup().physics.iter().any(rounds).then(|| {
             let mut smooth = self.clone();
             for law in smooth.model.setup_mut().physics.iter_mut().filter(|law| rounds(law)) {

@@ -62,6 +62,21 @@ impl Scales {
                 }
             }
             let spread_of_input = spread(input);
+            // A base that is moved is no point at which a force could act, but a place where something may be loose.
+            if hypothesis.model.input_is_motion() && space.find_point("base").is_none() {
+                let rates = record.time_s.windows(2).zip(input.windows(2));
+                let speed: Vec<f64> = rates.map(|(t, u)| (u[1] - u[0]) / (t[1] - t[0])).collect();
+                let found = Scale {
+                    displacement: spread_of_input[0],
+                    reach: spread_of_input[1],
+                    velocity: spread(&speed)[0],
+                    force: 0.0,
+                };
+                let largest = scales.points.entry("base".to_owned()).or_insert(found);
+                if found.displacement > largest.displacement {
+                    *largest = found;
+                }
+            }
             scales.input = larger(scales.input, spread_of_input);
             for output in &record.outputs {
                 scales.outputs[output.index] = larger(scales.outputs[output.index], spread(&output.samples));

@@ -215,7 +215,13 @@ fn trials(
         "quantisation" => {
             let steps = records.iter().filter_map(|record| step_of(record, output)).reduce(f64::min);
             steps.map_or_else(Vec::new, |step| {
-                vec![Trial { amplitudes: Vec::new(), shapes: vec![("step", step)] }]
+                // What the noise before the rounding leaves of it.
+                [0.05, 0.15, 0.25, 0.4]
+                    .map(|share| Trial {
+                        amplitudes: Vec::new(),
+                        shapes: vec![("step", step), ("dither", share * step)],
+                    })
+                    .to_vec()
             })
         }
         "nonlinearity" => [amplitude("quadratic", 0.01 / y), amplitude("cubic", 0.01 / (y * y))].concat(),

@@ -244,6 +244,24 @@ fn highest_frequency_hz(recording: &Recording, samples: &[f64]) -> f64 {
     if first > 0.0 { (second / first).sqrt() * rate_hz / TAU } else { 0.0 }
 }
 
+/// With the reference of the model's controller, straight between its samples, if it was recorded throughout: the loop is then
+/// simulated.
+fn with_reference(grid: Recording, recording: &Recording, model: &Model, refinement: usize) -> Recording {
+    let Some(controller) = &model.setup().controller else { return grid };
+    let name = &controller.reference_column;
+    let Some(samples) = recording.column(name).ok().filter(|s| s.iter().all(|value| value.is_finite()))
+    else {
+        return grid;
+    };
+    let mut fine = Vec::with_capacity(grid.len());
+    for pair in samples.windows(2) {
+        let part = (pair[1] - pair[0]) / refinement as f64;
+        fine.extend((0..refinement).map(|k| pair[0] + k as f64 * part));
+    }
+    fine.extend(samples.last());
+    grid.with_column(name.clone(), fine)
+}
+
 /// The input on the fine grid, as a recording to simulate over; zeros where the model has no input.
 fn fine_grid(recording: &Recording, model: &Model, input: Option<&[f64]>, refinement: usize) -> Recording {
     let mut time_s = Vec::with_capacity(recording.len() * refinement);
@@ -253,6 +271,7 @@ fn fine_grid(recording: &Recording, model: &Model, input: Option<&[f64]>, refine
     }
     time_s.extend(recording.time_s.last());
     let grid = Recording::new(recording.name.clone(), time_s.clone());
+    let grid = with_reference(grid, recording, model, refinement);
     match (model.input(), input) {
         (Some(described), Some(samples)) => {
             let fine = if refinement == 1 {

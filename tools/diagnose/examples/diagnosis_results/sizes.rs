@@ -1,7 +1,7 @@
 //! How strong a law has to be to be seen: its effect in standard errors once the machine's own parameters are refitted.
 
-use stillbeam_identify::tall::{Orthonormal, dot};
-use stillbeam_plant::Physics;
+use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+use stillbeam_plant::{InitialState, Physics, StateSpace};
 use stillbeam_recording::Recording;
 
 use crate::cases::Case;
@@ -16,6 +16,9 @@ pub struct Sensitivity {
     pub noise_rms: Vec<f64>,
     absorbing: Orthonormal,
 }
+
+/// Metres or metres per second, so small that everything stays linear and so large that rounding does not show.
+const STATE: f64 = 1e-3;
 
 impl Sensitivity {
     /// `snr_db` is the power of the outputs over that of the noise, over the runs that are trained on.
@@ -40,6 +43,24 @@ impl Sensitivity {
                     }
                 }
                 absorbing.push(flat(&constants));
+            }
+        }
+        // Nobody knows how the machine was moving when a recording began.
+        let space = StateSpace::new(&bench.model()).unwrap();
+        for coordinate in space.points().iter().filter(|point| point.is_coordinate) {
+            for (displacement, velocity) in [(STATE, 0.0), (0.0, STATE)] {
+                let begun = InitialState { displacement, velocity };
+                for (index, run) in runs.iter().enumerate() {
+                    let mut one = clean.clone();
+                    one[index] = bench.clean_begun(*run, &coordinate.name, begun);
+                    let mut column = flat(&one);
+                    add_scaled(&mut column, -1.0, &flat(&clean));
+                    let mut rest = column.clone();
+                    absorbing.remove_from(&mut rest);
+                    if dot(&rest, &rest) > 1e-8 * dot(&column, &column) {
+                        absorbing.push(column);
+                    }
+                }
             }
         }
         for parameter in bench.model().parameters() {

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_plant::{InitialState, Model, Physics, simulate};
 use stillbeam_recording::Recording;
 
 /// One run of the machine.
@@ -161,6 +161,13 @@ impl Bench {
     pub fn clean_with(self, run: Run, path: &str, factor: f64) -> Recording {
         let mut model = self.model();
         model.set_parameter(path, factor * model.parameter(path).unwrap()).unwrap();
+        self.clean_of(run, model)
+    }
+
+    /// The same without left-out physics, begun with one coordinate away from rest.
+    pub fn clean_begun(self, run: Run, coordinate: &str, state: InitialState) -> Recording {
+        let mut model = self.model();
+        model.setup_mut().initial.insert(coordinate.to_owned(), state);
         self.clean_of(run, model)
     }
 

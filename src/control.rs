@@ -69,6 +69,8 @@ pub struct Inputs {
     pub encoder_counter: u16,
     /// Whether the emergency input is active, or was since the last tick.
     pub emergency: bool,
+    /// The levels of the general inputs: the flags [`Flags::CONTACTS`] has.
+    pub contacts: Flags,
     /// Ticks that the timer counted and nobody ran since the last one.
     pub missed_ticks: u16,
     /// Whether the step output still makes the steps of an earlier tick.
@@ -133,7 +135,10 @@ pub struct Controller<'m> {
     stream: Stream,
 }
 
+/// Told apart by one byte: without `repr` the tag would hide in the unused values of a field of 64 bits, which takes seven
+/// instructions to read, several times a tick.
 #[derive(Debug)]
+#[repr(u8)]
 enum Motion<'m> {
     Hold,
     Planned(MotionPlan<'m>),
@@ -202,6 +207,7 @@ impl<'m> Controller<'m> {
         self.publish(None);
     }
 
+    #[inline]
     fn publish(&self, encoder: Option<Nanometres>) -> (Flags, Activity) {
         let (flags, activity) = (self.flags(), self.activity());
         self.links.status.publish(activity, self.tick, self.command, self.setpoint);
@@ -212,8 +218,8 @@ impl<'m> Controller<'m> {
     /// One tick of the control loop.
     #[inline]
     pub fn tick(&mut self, inputs: Inputs) -> TickOutput {
-        if let Some(request) = self.links.requests.dequeue() {
-            self.accept(request);
+        if self.links.requests.ready() {
+            self.take_request();
         }
         let encoder = self.observe(inputs);
         self.advance_command();
@@ -237,6 +243,15 @@ impl<'m> Controller<'m> {
             step_period: train.period,
             drive_enabled: !self.latch.drive_disabled(),
             sample_queued,
+        }
+    }
+
+    /// Apart from the tick, which then has registers enough for what it does every time.
+    #[cold]
+    #[inline(never)]
+    fn take_request(&mut self) {
+        if let Some(request) = self.links.requests.dequeue() {
+            self.accept(request);
         }
     }
 
@@ -309,6 +324,31 @@ impl<'m> Controller<'m> {
 
     /// Looks at the inputs and stops the machine where they say so. Returns where the encoder says it is.
     fn observe(&mut self, inputs: Inputs) -> Option<Nanometres> {
+        // One branch for all that hardly ever happens.
+        let was_emergency = self.conditions.flags.contains(Flags::EMERGENCY_INPUT);
+        if inputs.emergency | inputs.late | was_emergency | (inputs.missed_ticks != 0) {
+            self.react(inputs);
+        }
+        self.conditions.flags = self.conditions.flags.with_contacts(inputs.contacts);
+        self.encoder_counter = inputs.encoder_counter;
+        let setpoint = self.setpoint;
+        let encoder = self.encoder.as_mut()?;
+        let position = encoder.update(inputs.encoder_counter);
+        let off = encoder.is_off(position, setpoint);
+        let was_off = self.conditions.put(Flags::ENCODER_OFF, off);
+        if off {
+            if !was_off {
+                self.note(Event::Encoder, position.0.wrapping_sub(setpoint.0));
+            }
+            self.trip(Fault::Encoder);
+        }
+        Some(position)
+    }
+
+    /// To inputs that say that something is wrong, or was in the last tick.
+    #[cold]
+    #[inline(never)]
+    fn react(&mut self, inputs: Inputs) {
         if inputs.missed_ticks != 0 {
             self.note(Event::MissedTick, i32::from(inputs.missed_ticks));
             // At rest nothing was missed: the setpoint would not have moved.
@@ -328,19 +368,6 @@ impl<'m> Controller<'m> {
         if inputs.emergency {
             self.trip(Fault::Emergency);
         }
-        self.encoder_counter = inputs.encoder_counter;
-        let setpoint = self.setpoint;
-        let encoder = self.encoder.as_mut()?;
-        let position = encoder.update(inputs.encoder_counter);
-        let off = encoder.is_off(position, setpoint);
-        let was_off = self.conditions.put(Flags::ENCODER_OFF, off);
-        if off {
-            if !was_off {
-                self.note(Event::Encoder, position.0.wrapping_sub(setpoint.0));
-            }
-            self.trip(Fault::Encoder);
-        }
-        Some(position)
     }
 
     /// The setpoint that may go out.
@@ -348,15 +375,22 @@ impl<'m> Controller<'m> {
         if self.latch.fault().is_some() {
             return self.setpoint;
         }
-        let forbidden = self.setup.guard.forbids(self.setpoint, shaped);
-        if forbidden {
-            if !self.conditions.limit {
-                self.note(Event::Limit, shaped.0);
-            }
-            self.trip(Fault::Limit);
+        if self.setup.guard.forbids(self.setpoint, shaped) {
+            self.note_limit(shaped);
+            return self.setpoint;
         }
-        self.conditions.limit = forbidden;
-        if forbidden { self.setpoint } else { shaped }
+        self.conditions.limit = false;
+        shaped
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn note_limit(&mut self, shaped: Nanometres) {
+        if !self.conditions.limit {
+            self.note(Event::Limit, shaped.0);
+        }
+        self.conditions.limit = true;
+        self.trip(Fault::Limit);
     }
 
     /// Reacts to a fault: unless it is only reported, the motion ends where the setpoint is.
@@ -376,11 +410,14 @@ impl<'m> Controller<'m> {
         let _counted = offer(&mut self.links.events, EventRecord { tick: self.tick, event, value });
     }
 
+    #[inline]
     fn note_clamping(&mut self, clamped: bool) {
-        if clamped && !self.conditions.clamp {
-            self.note(Event::Clamp, self.setpoint.0);
+        if clamped != self.conditions.clamp {
+            self.conditions.clamp = clamped;
+            if clamped {
+                self.note(Event::Clamp, self.setpoint.0);
+            }
         }
-        self.conditions.clamp = clamped;
     }
 
     #[inline]
@@ -428,6 +465,7 @@ impl<'m> Controller<'m> {
         matches!(self.motion, Motion::Hold) && self.shaping.is_settled(self.quiet_ticks)
     }
 
+    #[inline]
     fn activity(&self) -> Activity {
         match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,

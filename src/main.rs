@@ -18,8 +18,8 @@ mod image {
     use static_cell::ConstStaticCell;
     use stillbeam_firmware::board::flash::SettingsSectors;
     use stillbeam_firmware::board::{
-        self, clocks, core_coupled, crash, emergency_stop, encoder, executor, outputs, restart, serial,
-        tick_timer, watchdog,
+        self, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor, outputs,
+        restart, serial, tick_timer, watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
     use stillbeam_firmware::fault::Event;
@@ -53,6 +53,7 @@ mod image {
         let peripherals = embassy_stm32::init(clocks::config());
         outputs::configure();
         encoder::configure();
+        digital_inputs::configure();
         emergency_stop::configure();
         tick_timer::configure();
         // Given away once, here.

@@ -3,11 +3,17 @@
 use proptest::prelude::*;
 use stillbeam_firmware::control::Inputs;
 use stillbeam_firmware::restart::{ResetCause, Restart};
-use stillbeam_firmware::telemetry::Activity;
+use stillbeam_firmware::telemetry::{Activity, Flags};
 use stillbeam_host_tests::bench::Bench;
 
-const MISSED: Inputs =
-    Inputs { missed_ticks: 3, encoder_counter: 0, emergency: false, pulses_busy: false, late: false };
+const MISSED: Inputs = Inputs {
+    missed_ticks: 3,
+    encoder_counter: 0,
+    emergency: false,
+    contacts: Flags(0),
+    pulses_busy: false,
+    late: false,
+};
 
 /// A machine with a shaper of 0.6 s, half a second into a move.
 fn moving() -> Bench {

@@ -26,6 +26,7 @@ use crate::units::TickRate;
 pub mod clocks;
 pub mod core_coupled;
 pub mod crash;
+pub mod digital_inputs;
 pub mod emergency_stop;
 pub mod encoder;
 pub mod executor;

@@ -17,7 +17,7 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::{Mms, Sms, Ts};
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::{emergency_stop, encoder, outputs, step_pulses, watchdog};
+use super::{digital_inputs, emergency_stop, encoder, outputs, step_pulses, watchdog};
 use crate::control::{Controller, Inputs};
 use crate::machine::TIMER_CLOCK_HZ;
 use crate::telemetry::Status;
@@ -134,6 +134,7 @@ impl TickState {
         let inputs = Inputs {
             encoder_counter: encoder::counter(),
             emergency: emergency_stop::is_active(),
+            contacts: digital_inputs::levels(),
             // One update is this tick's; none means that nobody counts.
             missed_ticks: counted.wrapping_sub(self.counted).saturating_sub(1),
             pulses_busy: step_pulses::is_busy(),

@@ -14,8 +14,6 @@ use crate::units::{Nanometres, TickRate};
 const LARGEST: i64 = 1 << 61;
 /// What may be left at the end: of the position in fine units (4·10⁻³ nm), of velocity and acceleration in theirs (2·10⁻⁵ nm per tick).
 const LEFT: (i64, i64) = (1 << 16, 1 << 22);
-/// A solver's standstill: slower than 4·10⁻³ nm per tick is neither forwards nor back.
-const STANDING: i64 = 1 << 30;
 
 /// An uploaded command in outline.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +30,6 @@ pub struct PlanOutline {
     pub distance: Nanometres,
     /// The lowest and the highest position on the way.
     pub span: (Nanometres, Nanometres),
-    /// Whether it goes back on the way. One that does not, a stop out of it ends before itself.
-    pub reverses: bool,
     /// The largest magnitudes of jerk, acceleration and velocity, in units of 2⁻³⁸ nm per tick³, tick² and tick.
     largest: [i64; 3],
 }
@@ -92,10 +88,8 @@ impl PlanOutline {
             ticks,
             distance: Nanometres(0),
             span: (Nanometres(0), Nanometres(0)),
-            reverses: false,
             largest: [0; 3],
         };
-        let (mut forwards, mut backwards) = (false, false);
         let mut course = PieceCourse::default();
         let (mut played, mut left) = (0_u32, i64::MAX);
         while let Some(position) = course.step(bytes) {
@@ -109,13 +103,10 @@ impl PlanOutline {
                 *largest = (*largest).max(value.abs());
             }
             outline.distance = position.rounded();
-            let [_, _, velocity] = derivatives;
-            (forwards, backwards) = (forwards | (velocity > STANDING), backwards | (velocity < -STANDING));
             left = (position.0 - super::FinePosition::from(outline.distance).0).abs();
             let (low, high) = outline.span;
             outline.span = (low.min(outline.distance), high.max(outline.distance));
         }
-        outline.reverses = forwards & backwards;
         let [_, acceleration, velocity] = course.derivatives();
         if left > LEFT.0 || acceleration.abs() > LEFT.1 || velocity.abs() > LEFT.1 {
             return Err(PlanError::NotAtRest);
@@ -138,9 +129,6 @@ impl PlanOutline {
             |low: f64, high: f64| limits.check_span(from(low).min(from(high)), from(low).max(from(high)));
         let (low, high) = (f64::from(self.span.0.0), f64::from(self.span.1.0));
         check(low, high)?;
-        if !self.reverses {
-            return Ok(());
-        }
         // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to be looked at.
         let most = 1e6 * limits.stopping_distance_mm(velocity, acceleration, *profile);
         if check(low - most, high + most).is_ok() {
@@ -207,7 +195,7 @@ struct StopReach {
 }
 
 impl StopReach {
-    /// Stops brake in whole ticks, which takes them further by this part of their way,
+    /// Stops brake in whole ticks and are not quite the shortest, which takes them further by this part of their way,
     const MORE: f64 = 0.005;
     /// and by as much as the full deceleration makes in one tick, so many times.
     const TICKS: f32 = 16.0;

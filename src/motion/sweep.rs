@@ -7,7 +7,7 @@
 //!
 //! A constant acceleration needs a position amplitude with 1/f². From tick to tick it changes by (f(n)/f(n+1))², a factor that is
 //! constant in an exponential sweep; in a linear one the interrupt needs 1/f, for which micromath gives a first guess
-//! (off by up to 12.5 %) and three of Newton's steps the rest, off by 10⁻⁷: no division. The error goes into the
+//! (off by up to 12.5 %) and three of Newton's steps the rest, off by 2·10⁻⁷: no division. The error goes into the
 //! *change* of the amplitude only.
 
 use micromath::F32Ext;

@@ -52,7 +52,7 @@ pub enum Format {
     Frames,
 }
 
-/// Bits that say what is wrong or switched off. None of them is set while all is well.
+/// Bits that say what is wrong or switched off, none of which is set while all is well; and the levels of the general inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags(pub u8);
 
@@ -69,6 +69,17 @@ impl Flags {
     /// A fault holds the machine and the shaper has settled behind it, so that it can be cleared.
     pub const SETTLED: Self = Self(16);
 
+    /// Input 1, 2 or 3 is high.
+    pub const INPUTS: [Self; 3] = [Self(32), Self(64), Self(128)];
+    /// The bits of the general inputs.
+    pub const CONTACTS: Self = Self(32 | 64 | 128);
+
+    /// The same with the general inputs of `contacts`.
+    #[inline]
+    pub fn with_contacts(self, contacts: Self) -> Self {
+        Self(self.0 & !Self::CONTACTS.0 | contacts.0 & Self::CONTACTS.0)
+    }
+
     /// Whether all bits of `other` are set.
     pub fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -76,7 +87,7 @@ impl Flags {
 }
 
 /// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE`, followed by ` ENCODER_NM FLAGS` where there is an encoder or
-/// a flag is set; `ENCODER_NM` is `-` without an encoder.
+/// a flag is set, a high input among them; `ENCODER_NM` is `-` without an encoder.
 impl fmt::Display for Sample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { sequence, tick, command, setpoint, activity, .. } = self;

@@ -3,6 +3,7 @@
 use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::uploaded::crc32;
+use stillbeam_host_tests::played_plans::{overlaid, upload_lines};
 
 /// Damped like the paper's beam; the second mode is that beam's second.
 const MODES: [(f64, f64); 2] = [(5.0, 0.01), (31.0, 0.01)];
@@ -45,14 +46,16 @@ pub enum Motion {
     Multisine,
     /// A pulse.
     Pulse,
+    /// An uploaded plan.
+    Play,
 }
 
 impl Motion {
     /// What every table is measured with.
     const COMMON: [Self; 3] = [Self::Rest, Self::Move, Self::Sweep];
     /// What the shortest and the longest table are measured with too.
-    const OTHERS: [Self; 5] =
-        [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse];
+    const OTHERS: [Self; 6] =
+        [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse, Self::Play];
 
     /// What it is called in the results.
     pub fn name(self) -> &'static str {
@@ -65,6 +68,7 @@ impl Motion {
             Self::AccelerationSweep => "sweeping, constant acceleration",
             Self::Multisine => "multisine",
             Self::Pulse => "pulsing",
+            Self::Play => "playing",
         }
     }
 
@@ -92,6 +96,7 @@ impl Motion {
             Self::AccelerationSweep => Some("sweep linear 1 2 200 2mm/s2".to_owned()),
             Self::Multisine => Some("multisine 1 8 2 50 0.005".to_owned()),
             Self::Pulse => Some("pulse 10".to_owned()),
+            Self::Play => Some("play".to_owned()),
         }
     }
 }
@@ -137,6 +142,10 @@ impl Case {
         }
         lines.push(format!("set move.profile {}", self.motion.profile()));
         lines.push("apply".to_owned());
+        if self.motion == Motion::Play {
+            // 8 mm in 32 s, at most 0.5 mm/s.
+            lines.extend(upload_lines(&overlaid(32_000, &[(0, 8_000_000)]), 4000.0));
+        }
         lines
     }
 }

@@ -90,6 +90,8 @@ impl Console<'_> {
         say(out, format_args!("fault {}", self.status.fault().map_or("none", Fault::name)));
         let enabled = !flags.contains(Flags::DRIVE_DISABLED);
         say(out, format_args!("drive {}", if enabled { "enabled" } else { "disabled" }));
+        let [first, second, third] = Flags::INPUTS.map(|input| u8::from(flags.contains(input)));
+        say(out, format_args!("inputs {first} {second} {third}"));
         if self.live.drive().encoder().is_some() {
             say(out, format_args!("encoder_nm {}", self.status.encoder().0));
         }

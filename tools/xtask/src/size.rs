@@ -11,7 +11,7 @@ use crate::{firmware, setup};
 /// and for the record of a crash.
 const MEMORIES: [(&str, u64, u64); 3] = [
     ("flash", 0x0800_0000, 1024 * 1024),
-    ("RAM", 0x2000_6000, 104 * 1024 - 256),
+    ("RAM", 0x2000_7000, 100 * 1024 - 256),
     ("CCM", 0x1000_0000, 64 * 1024),
 ];
 
@@ -126,7 +126,7 @@ mod tests {
         let text = summary(&[
             section(0x0800_0000, 0x188, false, true),
             section(0x0800_0188, 1000, false, true),
-            section(0x2000_6000, 100, true, true),
+            section(0x2000_7000, 100, true, true),
             section(0x2000_6064, 5000, true, false),
             section(0x1000_0000, 300, true, false),
         ]);

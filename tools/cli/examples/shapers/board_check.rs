@@ -59,7 +59,10 @@ pub(super) fn played(
     session.command_when_ready("apply")?;
     session.upload_plan(&planned.plan)?;
     let motion = session.run_motion("play", DECIMATION, 0.05, &mut |_| {})?;
-    let compared = same_as(&planned.positions_nm, &motion, &planned.plan.crc32().to_string())?;
+    // The stream is cut at the first change, which a gentle start puts off by some ticks.
+    let still = planned.positions_nm.iter().take_while(|position| **position == 0).count();
+    let host = planned.positions_nm.get(still.saturating_sub(1)..).unwrap_or_default();
+    let compared = same_as(host, &motion, &planned.plan.crc32().to_string())?;
     let setpoints_m: Vec<f64> = planned.positions_m().collect();
     let mut step_m = vec![0.0; setpoints_m.len() - 1];
     step_m.extend(setpoints_m.last());

@@ -87,8 +87,8 @@ pub enum BoardError {
         /// What should have come.
         expected: &'static str,
     },
-    /// The board has another table than the one that was sent.
-    #[error("{board}: the table sent has crc32 {sent}, the board reports {found}; send it again")]
+    /// The board has another table or plan than the one that was sent.
+    #[error("{board}: the table or plan sent has crc32 {sent}, the board reports {found}; send it again")]
     Table {
         /// The board.
         board: String,

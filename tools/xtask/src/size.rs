@@ -127,12 +127,12 @@ mod tests {
             section(0x0800_0000, 0x188, false, true),
             section(0x0800_0188, 1000, false, true),
             section(0x2000_7000, 100, true, true),
-            section(0x2000_6064, 5000, true, false),
+            section(0x2000_7064, 5000, true, false),
             section(0x1000_0000, 300, true, false),
         ]);
         assert!(text.contains("text 1392  data 100  bss 5300"), "{text}");
         assert!(text.contains("flash    1492 of 1048576"), "{text}");
-        assert!(text.contains("RAM      5100 of  106240    4.8 %"), "{text}");
+        assert!(text.contains("RAM      5100 of  102144    5.0 %"), "{text}");
         assert!(text.contains("CCM       300 of   65536"), "{text}");
     }
 

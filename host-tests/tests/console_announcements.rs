@@ -2,10 +2,17 @@
 
 use stillbeam_firmware::console::checksum::Checked;
 use stillbeam_firmware::control::Inputs;
+use stillbeam_firmware::telemetry::Flags;
 use stillbeam_host_tests::bench::Bench;
 
-const MISSED: Inputs =
-    Inputs { encoder_counter: 0, emergency: false, missed_ticks: 1, pulses_busy: false, late: false };
+const MISSED: Inputs = Inputs {
+    encoder_counter: 0,
+    emergency: false,
+    contacts: Flags(0),
+    missed_ticks: 1,
+    pulses_busy: false,
+    late: false,
+};
 
 fn moving() -> Bench {
     let mut bench = Bench::new();

@@ -44,7 +44,7 @@ const CONTENDS: f64 = 0.5;
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
 /// Candidates fitted with the model's own parameters held to straight lines, to see which are worth more.
-const SKETCHED_PER_ROUND: usize = 8;
+const SKETCHED_PER_ROUND: usize = 16;
 
 impl Search<'_> {
     /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same laws is not done
@@ -82,23 +82,38 @@ impl Search<'_> {
         let before = base.fitted.sum_of_squares;
         let best = sketched.first().map_or(0.0, |(left, ..)| before - left);
         let contenders = sketched.iter().take_while(|(left, ..)| before - left > CONTENDS * best).count();
-        sketched.truncate(contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()));
+        let rest = sketched.split_off(
+            contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()).min(sketched.len()),
+        );
         // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
         let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
         let own: Vec<Vec<f64>> =
             own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
+        let mut tried = self.fitted_ones(base, &sketched, &own);
+        // The best may be no law at all, a wave longer than the travel say: then those behind it are heard.
+        if !tried.iter().any(Tried::passes) && !self.is_over() {
+            let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
+            tried.extend(self.fitted_ones(base, next, &own));
+        }
+        (screened, tried)
+    }
+
+    /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
+    fn fitted_ones(
+        &self,
+        base: &Member,
+        sketched: &[(f64, Physics, &Screened)],
+        own: &[Vec<f64>],
+    ) -> Vec<Tried> {
+        let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter_map(|(_, physics, screened)| {
-                Some((self.begun(base, screened, physics, &own)?, *screened))
-            })
+            .filter_map(|(_, physics, screened)| Some((self.begun(base, screened, physics, own)?, *screened)))
             .collect();
         begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
         let best = begun.first().map_or(0.0, |(fitted, _)| before - fitted.sum_of_squares);
         begun.retain(|(fitted, _)| before - fitted.sum_of_squares > CONTENDS * best);
-        let tried =
-            begun.par_iter().filter_map(|(fitted, screened)| self.try_on(base, screened, fitted)).collect();
-        (screened, tried)
+        begun.par_iter().filter_map(|(fitted, screened)| self.try_on(base, screened, fitted)).collect()
     }
 
     /// Fits the law's own parameters from its best trials; those of the model follow along straight lines. What is left,

@@ -74,6 +74,10 @@ class Task:
         fits = [f for f in self.answer["fit"]["recordings"] if f["role"] == "held_out" and f["output"] == self.outputs[0]]
         best = [(f["extended"] or f["refitted_linear"])["rms"] for f in fits]
         rms = float(np.sqrt(np.mean(np.square(best)))) if best else None
+        if "controller" in self.model and rms is not None:
+            # A loop holds the position whatever the model lacks; the peers know nothing of it and run open loop.
+            effects.append(f"in its loop {rms:.2e}")
+            rms = None
         return f"{self.answer['verdict']}: {', '.join(effects) or 'no name'}", rms, self.seconds or self.answer["seconds"]
 
 

@@ -30,7 +30,7 @@ const USAGE: &str =
   --peers FILE      a section to put at the end of the page (host-tests/peers/run_diagnosis)
   --picture CASE FILE.svg   draw a case that has been run: before, located, named, after
   --real DATA       diagnose published recordings of real machines instead of concealed cases
-  --only NAME       of them only this one (emps, emps_in_loop, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
+  --only NAME       of them only this one (emps, silverbox, cantilever, cantilever_hum, leadscrew, antibacklash, wormgear)
   --most-wrong N    fail when more answers name what is not there";
 
 fn main() -> ExitCode {

@@ -16,8 +16,8 @@ const PART: &str = "part";
 
 type Laws = Vec<(String, toml::Table)>;
 
-/// Springs of the loop that a model file describes; a law beside them is none of the axis.
-const LOOP: &str = "reference-slider";
+/// Place of laws that are none of the axis.
+const SENSOR: &str = "sensor";
 
 /// The laws of the axis in a model file with their parameters; `None` if it is none.
 fn laws(model: &str) -> Option<Laws> {
@@ -28,7 +28,7 @@ fn laws(model: &str) -> Option<Laws> {
         let parameters = table.get("parameters").and_then(|p| p.as_table()).cloned();
         Some((table.get("id")?.as_str()?.to_owned(), parameters.unwrap_or_default()))
     };
-    laws.filter(|law| law.get("location").and_then(|place| place.as_str()) != Some(LOOP)).map(law).collect()
+    laws.filter(|law| law.get("location").and_then(|place| place.as_str()) != Some(SENSOR)).map(law).collect()
 }
 
 /// What the force is made of at one instant: mass, viscous friction, and every law in units of its strengths; `None` for laws that are

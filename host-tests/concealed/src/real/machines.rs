@@ -84,17 +84,14 @@ const STAIRS: &str = "Torques of the records at steady speed, one speed after th
                       Speeds of 1 and 2 rpm, where the controller's resolution is the speed itself, are left out.";
 const SCREWS: &str = "A. Mablekos-Alexiou and others, IEEE Transactions on Robotics 37(4), 2021. MIT";
 
-const AXIS: &str = "Janot, Gautier and Brunot, Workshop on Nonlinear System Identification Benchmarks, 2019 (nonlinearbenchmark.org)";
-const AXIS_KNOWN: &str = "By the authors' inverse-model fit: Coulomb friction 20.4 N, offset −3.2 N, mass 95.1 kg, viscous friction 203.5 N s/m; with friction that differs by direction 166.7 and 240.4 N s/m. \
-                          With those values the force on the held-out record is missed by 5.95 %; open loop, the position by 6.7 mm rms.";
-
-pub(super) const MACHINES: [Machine; 8] = [
+pub(super) const MACHINES: [Machine; 7] = [
     Machine {
         name: "emps",
-        title: "EMPS: a linear axis with motor and ball screw, open loop",
-        source: AXIS,
-        made: "10 samples averaged into one; the recorded motor force is the input.",
-        known: AXIS_KNOWN,
+        title: "EMPS: a linear axis with motor and ball screw, in its position loop",
+        source: "Janot, Gautier and Brunot, Workshop on Nonlinear System Identification Benchmarks, 2019 (nonlinearbenchmark.org)",
+        made: "10 samples averaged into one; simulated in its loop, the controller being known. The pulses that were added to the controller's output on the held-out record are added to the reference, divided by the controller's gains, which is the same.",
+        known: "By the authors' inverse-model fit: Coulomb friction 20.4 N, offset −3.2 N, mass 95.1 kg, viscous friction 203.5 N s/m; with friction that differs by direction 166.7 and 240.4 N s/m. \
+                With those values the force on the held-out record is missed by 5.95 %; open loop, the position by 6.7 mm rms.",
         model: "emps.toml",
         train: &[("estimation", axis("emps/emps_estimation.csv"))],
         held_out: &[("pulses", axis("emps/emps_validation_pulses.csv"))],
@@ -110,28 +107,6 @@ pub(super) const MACHINES: [Machine; 8] = [
                 Target::Force(5.95),
             ),
             ("held-out free run, open loop, within 6.8 mm", Target::OpenLoop(6.8e-3)),
-        ],
-    },
-    Machine {
-        name: "emps_in_loop",
-        title: "EMPS: the same axis in its position loop",
-        source: AXIS,
-        made: "The same records with the reference as the input and the known controller as a spring and a damper, its sampling left out; the pulses that were added to the controller's output on the held-out record are added to the \
-               reference, divided by the controller's gains. So nothing drifts, and an offset of the force cannot be told from one of the encoder.",
-        known: AXIS_KNOWN,
-        model: "emps_in_loop.toml",
-        train: &[("estimation", axis("emps/emps_estimation.csv"))],
-        held_out: &[("pulses", axis("emps/emps_validation_pulses.csv"))],
-        targets: &[
-            ("Coulomb friction is named", Target::Named(&["coulomb_friction", "asymmetric_friction"])),
-            (
-                "Stribeck friction and quadratic drag are not named",
-                Target::NotNamed(&["stribeck_friction", "quadratic_drag"]),
-            ),
-            (
-                "held-out force within 5.95 %: a force balance of the training record below 40 Hz with the laws named",
-                Target::Force(5.95),
-            ),
         ],
     },
     Machine {

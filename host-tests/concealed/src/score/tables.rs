@@ -93,6 +93,9 @@ pub fn goals(scores: &[Score]) -> Vec<Goal> {
     ]
 }
 
+/// From so many cases on a share in per cent says something.
+const LEAST_CASES: usize = 10;
+
 fn goal(words: &'static str, tally: Tally, marks: &[Mark], enough: impl Fn(f64) -> bool) -> Goal {
     let total = tally.total();
     let count: usize = marks.iter().map(|mark| tally.count(*mark)).sum();
@@ -100,7 +103,7 @@ fn goal(words: &'static str, tally: Tally, marks: &[Mark], enough: impl Fn(f64) 
     Goal {
         words,
         reached: format!("{count} of {total} ({:.0} %)", 100.0 * share),
-        met: (total > 0).then(|| enough(share)),
+        met: (total >= LEAST_CASES).then(|| enough(share)),
     }
 }
 
@@ -218,6 +221,8 @@ mod tests {
         assert_eq!(goals(&scores)[0].met, Some(true));
         scores.push(wrong);
         assert_eq!(goals(&scores)[0].met, Some(false));
+        // One case says nothing yet, nor does none.
+        assert_eq!(goals(&scores[..1])[0].met, None);
         // No case says anything about what is absorbed.
         assert_eq!(goals(&scores)[1].met, None);
     }

@@ -21,6 +21,7 @@ use crate::ringing::{DecayRecord, Ringing};
 use crate::second_opinions::{Opinions, replica};
 use crate::separable::{Projected, span};
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
+use crate::time_stamps::are_uneven;
 use crate::warning_merge::merged;
 use crate::warnings::{Quantity, Warning, WarningKind};
 
@@ -126,6 +127,9 @@ fn image(
     mode: &IdentifiedMode,
     nyquist_hz: f64,
 ) -> Image {
+    if !are_uneven(&record.time_s) {
+        return Image::Unknown;
+    }
     let model = DecayModel { time_s: &record.time_s, output: &record.output, modes };
     let away =
         |index: &usize| (pole(&refined.parameters, *index).frequency_hz - mode.frequency_hz.value).abs();

@@ -10,6 +10,53 @@ const JITTER: f64 = 0.05;
 /// A repeated sample is suspicious where the signal moves by this many of its steps around it.
 const MOVES: f64 = 8.0;
 
+/// Rms distance of the stamps from an even grid, as a share of its interval, below which they count as even.
+const EVEN: f64 = 0.01;
+/// Distances up to this many units of the stamps' last decimal place are rounding.
+const ROUNDED: f64 = 0.6;
+
+/// Whether the stamps lie beside an even grid by more than their rounding: only then do they tell a mode from its image.
+///
+/// An even recorder whose stamps are written with few digits was not uneven: the digits say nothing of when it sampled.
+/// Rows that are missing leave the others on the grid.
+pub(crate) fn are_uneven(time_s: &[f64]) -> bool {
+    let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    if intervals.is_empty() {
+        return false;
+    }
+    let middle = intervals.len() / 2;
+    let usual_s = *intervals.clone().select_nth_unstable_by(middle, f64::total_cmp).1;
+    // Places on the grid, counted from stamp to stamp so that an error of the interval does not add up.
+    intervals.iter_mut().for_each(|interval| *interval = (*interval / usual_s).round());
+    let places: Vec<f64> = std::iter::once(0.0)
+        .chain(intervals.iter().scan(0.0, |place, step| {
+            *place += step;
+            Some(*place)
+        }))
+        .collect();
+    let count = time_s.len() as f64;
+    let (mean_place, mean_s) = (places.iter().sum::<f64>() / count, time_s.iter().sum::<f64>() / count);
+    let (mut covariance, mut variance) = (0.0, 0.0);
+    for (place, t) in places.iter().zip(time_s) {
+        covariance += (place - mean_place) * (t - mean_s);
+        variance += (place - mean_place).powi(2);
+    }
+    if variance == 0.0 {
+        return false;
+    }
+    let interval_s = covariance / variance;
+    let distances = || places.iter().zip(time_s).map(|(k, t)| t - mean_s - interval_s * (k - mean_place));
+    let rms = (distances().map(|d| d * d).sum::<f64>() / count).sqrt();
+    let furthest = distances().fold(0.0_f64, |most, d| most.max(d.abs()));
+    rms > EVEN * interval_s && furthest > ROUNDED * last_decimal_place(time_s)
+}
+
+/// Unit of the last decimal place that the stamps use, s; 0 where they use more than nine.
+fn last_decimal_place(time_s: &[f64]) -> f64 {
+    let whole = |unit: f64| time_s.iter().all(|t| (t / unit - (t / unit).round()).abs() < 1e-3);
+    (0..=9).map(|digits| 10_f64.powi(-digits)).find(|unit| whole(*unit)).unwrap_or(0.0)
+}
+
 /// Warnings about the stamps and the values of one column's present samples.
 pub(crate) fn stamp_warnings(recording: &str, time_s: &[f64], values: &[f64]) -> Vec<Warning> {
     let intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
@@ -138,5 +185,21 @@ mod tests {
             time_s.iter().enumerate().map(|(k, t)| t + 0.002 * ((k * k) as f64).sin()).collect();
         let found = stamp_warnings("r", &uneven, &values);
         assert!(found.iter().any(|w| matches!(w.kind, WarningKind::UnevenStamps { .. })), "{found:?}");
+    }
+
+    #[test]
+    fn rounding_and_missing_rows_do_not_make_stamps_uneven_and_scatter_does() {
+        let even = |rate_hz: f64| (0..4000).map(move |k| f64::from(k) / rate_hz);
+        let rounded = |digits: i32| move |t: f64| (t * 10_f64.powi(digits)).round() / 10_f64.powi(digits);
+        assert!(!are_uneven(&even(1651.613).collect::<Vec<_>>()));
+        assert!(!are_uneven(&even(1651.613).map(rounded(6)).collect::<Vec<_>>()));
+        assert!(!are_uneven(&even(130.0).map(rounded(3)).collect::<Vec<_>>()));
+        let missing: Vec<f64> = even(100.0).enumerate().filter(|(k, _)| k % 7 != 3).map(|(_, t)| t).collect();
+        assert!(!are_uneven(&missing));
+        let scattered: Vec<f64> =
+            even(100.0).enumerate().map(|(k, t)| t + 0.001 * ((k * k) as f64).sin()).collect();
+        assert!(are_uneven(&scattered));
+        assert!(are_uneven(&scattered.into_iter().map(rounded(4)).collect::<Vec<_>>()));
+        assert!(!are_uneven(&[]) && !are_uneven(&[1.0]) && !are_uneven(&[1.0, 2.0]));
     }
 }

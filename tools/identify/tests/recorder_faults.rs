@@ -82,6 +82,11 @@ fn even_stamps_leave_an_image_possible_and_uneven_ones_exclude_it_or_show_it() {
         // 58 Hz looks like 42 Hz, but only to even stamps.
         let image = identify_free_decay(&decay(58.0, 0.002, seed), &options).unwrap();
         assert_eq!(aliased(&image), [true], "{:?} {:?}", image.modes, image.warnings);
+        // Rounded stamps of an even recorder tell no more than the even ones.
+        let mut rounded = decay(44.0, 0.0, seed);
+        rounded.time_s.iter_mut().for_each(|t| *t = (*t / 1.003 * 1e4).round() / 1e4);
+        let rounded = identify_free_decay(&rounded, &options).unwrap();
+        assert_eq!(aliased(&rounded), [false], "{:?}", rounded.warnings);
         // Far below half the rate nothing is said.
         let low = identify_free_decay(&decay(6.9, 0.0, seed), &options).unwrap();
         assert!(aliased(&low).is_empty(), "{:?}", low.warnings);

@@ -284,6 +284,10 @@ fn fine_grid(recording: &Recording, model: &Model, input: Option<&[f64]>, refine
             };
             grid.with_column(described.column.clone(), fine)
         }
-        _ => grid,
+        // A recording has a column at least; nothing drives a free decay.
+        _ => {
+            let nothing = vec![0.0; grid.len()];
+            grid.with_column("force_N", nothing)
+        }
     }
 }

@@ -76,7 +76,7 @@ fn a_damaged_table_does_not_run() {
 fn a_simulated_sweep_is_identified_and_its_model_reproduces_it() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
-    // A chirp of the base: 0.5 to 9 Hz in 20 s at 1 kHz. (Between samples a plant goes straight and the identification curves.)
+    // A chirp of the base: 0.5 to 9 Hz in 20 s at 1 kHz.
     let mut sweep = "time_s,setpoint_m\n".to_owned();
     for k in 0..20_000 {
         let t = f64::from(k) / 1000.0;
@@ -112,6 +112,34 @@ fn a_simulated_sweep_is_identified_and_its_model_reproduces_it() {
     assert!(nrmse < 1e-3, "{nrmse}");
     let html = std::fs::read_to_string(report).unwrap();
     assert!(html.contains("<svg") && !html.contains("http://") && !html.contains("https://"));
+}
+
+/// What a sweep does does not depend on how densely its input was written down: between the samples lies a cubic.
+#[test]
+fn a_recorded_input_is_read_between_its_samples() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let swept = |rate_hz: f64, name: &str| {
+        let rows = (20.0 * rate_hz) as u32;
+        let mut text = "time_s,setpoint_m\n".to_owned();
+        for k in 0..=rows {
+            let t = f64::from(k) / rate_hz;
+            let taper = (0.5 * std::f64::consts::PI * (t / 2.0).min(1.0)).sin().powi(2);
+            let phase = std::f64::consts::TAU * (0.5 * t + 0.5 * 0.35 * t * t);
+            text += &format!("{t:.6},{:.12}\n", 1e-3 * taper * phase.sin());
+        }
+        std::fs::write(path(name), text).unwrap();
+        accepted(&["simulate", &paper_beam(), "--input", &path(name), "--out", &path("out.csv")]);
+        let out = stillbeam_recording::read_csv(&folder.path().join("out.csv")).unwrap();
+        out.column("tip_deflection_m").unwrap().to_vec()
+    };
+    let (dense, coarse) = (swept(2000.0, "dense.csv"), swept(100.0, "coarse.csv"));
+    assert_eq!(coarse.len(), 2001);
+    let scale = dense.iter().fold(0.0_f64, |most, tip| most.max(tip.abs()));
+    // Straight lines between samples at 100 Hz are off by 1.6 % at 7 Hz.
+    for (k, tip) in coarse.iter().enumerate() {
+        assert!((tip - dense[20 * k]).abs() < 2e-3 * scale, "{k}: {tip} {}", dense[20 * k]);
+    }
 }
 
 #[test]

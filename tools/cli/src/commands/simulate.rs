@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use serde::Serialize;
 use stillbeam_firmware::shaper::ShaperTable;
+use stillbeam_identify::InputInterpolation;
+use stillbeam_identify::interpolation::PiecewiseCubic;
 use stillbeam_plant::{
     BASE_POSITION, Feedback, Model, SETPOINT, SimulateOptions, TIP_DEFLECTION, TIP_POSITION, simulate_with,
 };
@@ -16,6 +18,13 @@ use crate::command_signal::{MotionCommand, shape_recorded, shaped_setpoints_m};
 use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::streams::{Streams, json_on_stdout};
+
+/// Between the samples of an input at a lower rate than this there are straight lines of this rate, hertz, ...
+const FINE_HZ: f64 = 4000.0;
+/// ... or this many to an interval: then they are off a sine of four samples per period by less than 1e-4 of it.
+const MOST_PARTS: f64 = 64.0;
+/// Distances from even stamps, as a share of the interval, that are rounding.
+const EVEN: f64 = 5e-3;
 
 /// Seconds of a simulated move that are written to a recording.
 const WRITTEN_S: f64 = 10.0;
@@ -44,7 +53,8 @@ pub struct SimulateArgs {
     /// firmware's console, in millimetres
     #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
-    /// A recording that has the model's input column
+    /// A recording that has the model's input column; between even samples the input is a cubic, as `identify` and
+    /// `diagnose` read it
     #[arg(long, value_name = "REC.csv")]
     input: Option<PathBuf>,
     /// Shape the command, or the recorded input, with a table that `shape --json` wrote
@@ -199,7 +209,7 @@ impl SimulateArgs {
         setpoints_m.resize(setpoints_m.len() + (AFTER_S * rate_hz) as usize, held);
         let time_s = (0..setpoints_m.len()).map(|index| index as f64 / rate_hz).collect();
         let driven = Recording::new("simulated excitation", time_s).with_column(&input.column, setpoints_m);
-        self.report(model, &driven, None, streams)
+        self.report(model, &driven, None, None, streams)
     }
 
     fn run_recording(
@@ -233,21 +243,59 @@ impl SimulateArgs {
             (None, _) => recording.clone(),
         };
         // After shaping, the times are the shaper's, and so is the experiment.
-        let recorded = if table.is_none() { Some(&recording) } else { None };
-        self.report(model, &driven, recorded, streams)
+        if table.is_some() {
+            return self.report(model, &driven, None, None, streams);
+        }
+        match self.between_samples(model, &recording)? {
+            Some((fine, rate_hz)) => self.report(model, &fine, Some(rate_hz), Some(&recording), streams),
+            None => self.report(model, &recording, None, Some(&recording), streams),
+        }
     }
 
-    /// Simulates, writes what was asked for, and prints what each output did, beside what was recorded of it.
+    /// An even recording's input on a grid so fine that the straight lines of the simulation follow its cubic, and the rate
+    /// of the recording, hertz. `None` where its own samples are to be used: uneven stamps, a loop, samples that are
+    /// missing (which the simulation refuses with their place).
+    fn between_samples(
+        &self,
+        model: &Model,
+        recording: &Recording,
+    ) -> Result<Option<(Recording, f64)>, CliError> {
+        let in_loop = model.setup().controller.as_ref().is_some_and(|controller| {
+            !self.open_loop && recording.column(&controller.reference_column).is_ok()
+        });
+        let (Some(input), false) = (model.input(), in_loop) else { return Ok(None) };
+        let samples = recording.column(&input.column)?;
+        let (Some(first_s), Some(last_s)) = (recording.time_s.first(), recording.time_s.last()) else {
+            return Ok(None);
+        };
+        let rate_hz = (recording.len() as f64 - 1.0) / (last_s - first_s);
+        let parts = (FINE_HZ / rate_hz).ceil().min(MOST_PARTS);
+        let usable = recording.is_uniform(EVEN) && samples.iter().all(|sample| sample.is_finite());
+        if !usable || parts.is_nan() || parts < 2.0 {
+            return Ok(None);
+        }
+        let fine = (recording.len() - 1) * parts as usize;
+        let time_s: Vec<f64> = (0..=fine).map(|k| first_s + k as f64 / (parts * rate_hz)).collect();
+        let cubic = PiecewiseCubic::new(&recording.time_s, samples, InputInterpolation::Cubic);
+        let values = cubic.sample(time_s.iter().copied()).into_iter().map(|[value, ..]| value).collect();
+        let fine = Recording::new(recording.name.clone(), time_s).with_column(input.column.clone(), values);
+        Ok(Some((fine, rate_hz)))
+    }
+
+    /// Simulates, writes what was asked for, at the input's times or at a rate, and prints what each output did, beside what
+    /// was recorded of it.
     fn report(
         &self,
         model: &Model,
         driven: &Recording,
+        output_rate_hz: Option<f64>,
         recorded: Option<&Recording>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
         let options = SimulateOptions {
             feedback: if self.open_loop { Feedback::Open } else { Feedback::IfPossible },
             sensor_noise: self.noise,
+            output_rate_hz,
             ..SimulateOptions::default()
         };
         let result = simulate_with(model, driven, &options)

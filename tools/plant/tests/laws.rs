@@ -118,6 +118,7 @@ fn every_parameter_has_an_effect_and_a_unit() {
                     "share" | "participation" | "ripple" => 0.5,
                     "compliance" | "mass" => 0.01,
                     "step" => 1e-3,
+                    "dither" => 2e-4,
                     "phase" | "rest_position" => 0.0011,
                     "velocity" => 0.01,
                     "beta" | "gamma" => 50.0,

@@ -92,6 +92,34 @@ fn lengths_that_lie_do_not_reserve_memory() {
     }
 }
 
+/// A MAT-file of one compressed variable that uncompresses to `inner`.
+fn with_compressed_variable(inner: &[u8]) -> Vec<u8> {
+    use std::io::Write;
+    let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(inner).unwrap();
+    let packed = packed.finish().unwrap();
+    let mut bytes = FILES[6].2[..128].to_vec();
+    bytes.extend(15_u32.to_le_bytes());
+    bytes.extend((packed.len() as u32).to_le_bytes());
+    bytes.extend(packed);
+    bytes
+}
+
+#[test]
+fn a_compressed_variable_that_is_one_small_element_is_explained() {
+    // A matrix (14) of four bytes within its own tag, at the very beginning of what was compressed.
+    let inner = [14, 0, 4, 0, 1, 2, 3, 4];
+    for options in ways(Format::Mat) {
+        let error = parse_recording(&with_compressed_variable(&inner), "small", &options).unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .contains("byte 4: a small element goes beyond the end of the compressed variable"),
+            "{error}"
+        );
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 600, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -121,19 +149,12 @@ proptest! {
     fn damage_inside_a_compressed_variable_is_read_or_explained(
         edits in prop::collection::vec((any::<Index>(), any::<u8>(), 0..9_u8), 1..4),
     ) {
-        use std::io::{Read, Write};
+        use std::io::Read;
         // The first variable of a compressed file, damaged after uncompressing and packed again.
         let file = FILES[6].2;
         let mut inner = Vec::new();
         flate2::read::ZlibDecoder::new(&file[136..]).read_to_end(&mut inner).unwrap();
-        let inner = damage(&inner, &edits);
-        let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
-        packed.write_all(&inner).unwrap();
-        let packed = packed.finish().unwrap();
-        let mut bytes = file[..128].to_vec();
-        bytes.extend(15_u32.to_le_bytes());
-        bytes.extend((packed.len() as u32).to_le_bytes());
-        bytes.extend(packed);
+        let bytes = with_compressed_variable(&damage(&inner, &edits));
         for options in ways(Format::Mat) {
             if let Err(error) = parse_recording(&bytes, "damaged", &options) {
                 prop_assert!(!error.to_string().contains('\n'));

@@ -16,6 +16,8 @@ pub(super) struct Element<'b> {
     pub(super) data: &'b [u8],
     /// Where its tag begins.
     pub(super) offset: usize,
+    /// Where `data` begins: behind the tag, or in it for a small element.
+    data_offset: usize,
 }
 
 /// Reads elements one after the other.
@@ -36,7 +38,7 @@ impl<'b> Elements<'b> {
 
     /// The elements within an element.
     pub(super) fn within(&self, element: Element<'b>) -> Self {
-        Self { bytes: element.data, at: 0, base: element.offset + 8, ..*self }
+        Self { bytes: element.data, at: 0, base: element.data_offset, ..*self }
     }
 
     /// Where the next element begins.
@@ -63,7 +65,7 @@ impl<'b> Elements<'b> {
             let data = rest.get(4..4 + length).filter(|_| length <= 4);
             let data = data.ok_or_else(|| self.ends("a small element"))?;
             self.at += 8;
-            return Ok(Some(Element { kind: tag & 0xffff, data, offset: offset.wrapping_sub(4) }));
+            return Ok(Some(Element { kind: tag & 0xffff, data, offset, data_offset: offset + 4 }));
         }
         let length = word(4).ok_or_else(|| self.ends("a tag"))? as usize;
         let end = length.checked_add(8);
@@ -71,7 +73,7 @@ impl<'b> Elements<'b> {
         // Everything but a compressed element is padded to eight bytes.
         let padding = if tag == COMPRESSED { 0 } else { length.wrapping_neg() % 8 };
         self.at = self.at.saturating_add(8 + length + padding);
-        Ok(Some(Element { kind: tag, data, offset }))
+        Ok(Some(Element { kind: tag, data, offset, data_offset: offset + 8 }))
     }
 
     /// The next element, which has to be there and of a kind.

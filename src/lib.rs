@@ -20,6 +20,8 @@
 
 pub mod console;
 pub mod control;
+pub mod decimal;
+pub mod elementary;
 pub mod fault;
 pub mod machine;
 pub mod motion;

@@ -91,7 +91,7 @@ fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
     bench.accept("set mode1.frequency_hz 0.05");
     let error = bench.refuse("apply");
     assert!(
-        error.starts_with("err memory shaper: needs 80023 samples of history at 4000 Hz, there are 13824"),
+        error.starts_with("err memory shaper: needs 80024 samples of history at 4000 Hz, there are 13824"),
         "{error}"
     );
     assert_eq!(bench.send("info"), running);
@@ -118,6 +118,11 @@ fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
     let mut bench = Bench::new();
     let listed = bench.send("get");
     assert_eq!(listed.len(), Key::all().count() + 1);
+    let last = &listed[listed.len() - 1];
+    assert!(
+        last.starts_with("ok get crc32=0x") && last.contains(" duration_ms=") && last.contains(" delay_ms="),
+        "{last}"
+    );
     for line in &listed[..listed.len() - 1] {
         let (name, rest) = line.split_once(" = ").expect("NAME = VALUE");
         let default = rest.split_once('[').and_then(|(_, rest)| rest.split_once(']')).expect("[default]").0;

@@ -180,7 +180,7 @@ fn what_is_whole_but_no_table_is_refused_with_the_tap_and_leaves_what_runs() {
     let bytes = words(&[2, 0, WEIGHT_ONE, 90_000, 0]);
     bench.accept(&begin(&bytes));
     bench.accept(&frames(&bytes)[0]);
-    assert!(bench.refuse("table commit").starts_with("err memory shaper: needs 90014 samples"));
+    assert!(bench.refuse("table commit").starts_with("err memory shaper: needs 90015 samples"));
     bench.accept("table abort");
     assert_eq!(bench.send("info"), before);
 }

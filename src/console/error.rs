@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
 use super::upload::{UploadError, UploadKind};
+use crate::decimal::Decimal;
 use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
@@ -188,7 +189,7 @@ impl fmt::Display for CommandError<'_> {
                 f,
                 "memory shaper: needs {needed} samples of history at {} Hz, there are {available}; \
                  lower tick.rate_hz or use shorter shapers",
-                tick_rate.hz()
+                Decimal(tick_rate.hz())
             ),
             Self::Motion { command, error } => write!(f, "range {command}: {error}"),
             Self::MotionMemory { command, error } => write!(f, "memory {command}: {error}"),
@@ -196,8 +197,10 @@ impl fmt::Display for CommandError<'_> {
             Self::Fault { command, reason } => write!(f, "fault {command}: {reason}"),
             Self::PulseRate { limit_mm_s, most_mm_s } => write!(
                 f,
-                "range pulses.steps_per_mm: follows at most {most_mm_s:.3} mm/s at this tick rate, \
-                 move.velocity_mm_s is {limit_mm_s}"
+                "range pulses.steps_per_mm: follows at most {:.3} mm/s at this tick rate, \
+                 move.velocity_mm_s is {}",
+                Decimal(*most_mm_s),
+                Decimal(*limit_mm_s)
             ),
             Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),

@@ -3,6 +3,7 @@
 use core::fmt::Write;
 
 use super::error::CommandError;
+use crate::decimal::Decimal;
 use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
@@ -82,7 +83,7 @@ fn describe(key: Key, out: &mut dyn Write) -> core::fmt::Result {
     match default {
         Value::Number(_) => {
             let (low, high) = key.range();
-            write!(out, "range {low}..{high} {}, default {default}\r\n", key.unit())
+            write!(out, "range {}..{} {}, default {default}\r\n", Decimal(low), Decimal(high), key.unit())
         }
         Value::Word(_) => {
             for word in key.words().unwrap_or_default() {

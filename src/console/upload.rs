@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use crate::decimal::Decimal;
 use crate::motion::pieces::{MAX_PIECES, MAX_PLAN_BYTES, PIECE_BYTES};
 use crate::motion::{PieceMemory, PlanError};
 use crate::shaper::TapsError;
@@ -175,13 +176,15 @@ impl fmt::Display for UploadError {
             }
             Self::Rate { kind: UploadKind::Plan, rate_hz, tick_rate } => write!(
                 f,
-                "made for {rate_hz} Hz, the board ticks at {} Hz; plan it for that rate, or 'set tick.rate_hz'",
-                tick_rate.hz()
+                "made for {} Hz, the board ticks at {} Hz; plan it for that rate, or 'set tick.rate_hz'",
+                Decimal(*rate_hz),
+                Decimal(tick_rate.hz())
             ),
             Self::Rate { rate_hz, tick_rate, .. } => write!(
                 f,
-                "made for {rate_hz} Hz, the board ticks at {} Hz; design it for that rate, 'set tick.rate_hz', or 'set shaper.source designed'",
-                tick_rate.hz()
+                "made for {} Hz, the board ticks at {} Hz; design it for that rate, 'set tick.rate_hz', or 'set shaper.source designed'",
+                Decimal(*rate_hz),
+                Decimal(tick_rate.hz())
             ),
             Self::NotBegun { kind } => {
                 write!(f, "no upload under way; '{} begin' starts one", kind.word())

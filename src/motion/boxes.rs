@@ -14,6 +14,7 @@
 //! so one multiplication by a factor computed with the plan gives the position.
 
 use super::fine::{FinePosition, upper_product};
+use crate::elementary::cube_root;
 
 /// Limits per tick, in nanometres.
 #[derive(Clone, Copy, Debug)]
@@ -99,7 +100,7 @@ fn real_lengths(distance: f64, limits: PerTick) -> (f64, f64) {
     short = acceleration / jerk;
     middle = 0.5 * (libm::sqrt(short * short + 4.0 * distance / acceleration) - short);
     if middle < short {
-        short = libm::cbrt(0.5 * distance / jerk);
+        short = cube_root(0.5 * distance / jerk);
         middle = short;
     }
     (short, middle)

@@ -45,6 +45,7 @@ pub use stop::StopPlan;
 pub use sweep::SweepPlan;
 pub use sweep_spec::{Amplitude, SweepKind, SweepPace, SweepSpec};
 
+use crate::decimal::Decimal;
 use crate::units::MAX_TRAVEL_MM;
 
 /// Why a motion was refused. Nothing moves after a refusal.
@@ -129,38 +130,51 @@ impl fmt::Display for MotionError {
         match self {
             Self::Travel { position_mm, range_mm } => write!(
                 f,
-                "position {position_mm} mm is outside the travel {}..{} mm (and ±{MAX_TRAVEL_MM} mm)",
-                range_mm.0, range_mm.1
+                "position {} mm is outside the travel {}..{} mm (and ±{} mm)",
+                Decimal(*position_mm),
+                Decimal(range_mm.0),
+                Decimal(range_mm.1),
+                Decimal(MAX_TRAVEL_MM)
             ),
             Self::Velocity { needed_mm_s, limit_mm_s } => {
                 write!(
                     f,
-                    "needs {needed_mm_s:.1} mm/s, the limit is {limit_mm_s} mm/s; ask for less or raise move.velocity_mm_s"
+                    "needs {:.1} mm/s, the limit is {} mm/s; ask for less or raise move.velocity_mm_s",
+                    Decimal(*needed_mm_s),
+                    Decimal(*limit_mm_s)
                 )
             }
             Self::Acceleration { needed_mm_s2, limit_mm_s2 } => {
                 write!(
                     f,
-                    "needs {needed_mm_s2:.1} mm/s2, the limit is {limit_mm_s2} mm/s2; \
-                     ask for less or raise move.acceleration_mm_s2"
+                    "needs {:.1} mm/s2, the limit is {} mm/s2; \
+                     ask for less or raise move.acceleration_mm_s2",
+                    Decimal(*needed_mm_s2),
+                    Decimal(*limit_mm_s2)
                 )
             }
             Self::Jerk { needed_mm_s3, limit_mm_s3 } => {
                 write!(
                     f,
-                    "needs {needed_mm_s3:.0} mm/s3, the limit is {limit_mm_s3} mm/s3; \
-                     ask for less or raise move.jerk_mm_s3"
+                    "needs {:.0} mm/s3, the limit is {} mm/s3; \
+                     ask for less or raise move.jerk_mm_s3",
+                    Decimal(*needed_mm_s3),
+                    Decimal(*limit_mm_s3)
                 )
             }
             Self::Parameter { name, value, range } => {
-                write!(f, "{name} {value} is outside {}..{}", range.0, range.1)
+                write!(f, "{name} {} is outside {}..{}", Decimal(*value), Decimal(range.0), Decimal(range.1))
             }
             Self::NoMass => f.write_str("a force needs the mass it moves; set base.moving_mass_kg and apply"),
             Self::PaceOfOtherKind { kind, unit } => {
                 write!(f, "a sweep that is {kind} has its pace in {unit}, or give seconds")
             }
             Self::NoLine { period_s } => {
-                write!(f, "no multiple of 1/{period_s:.4} Hz lies in the band; widen it or lengthen PERIOD_S")
+                write!(
+                    f,
+                    "no multiple of 1/{:.4} Hz lies in the band; widen it or lengthen PERIOD_S",
+                    Decimal(*period_s)
+                )
             }
             Self::Memory { needed, available } => write!(
                 f,
@@ -171,9 +185,13 @@ impl fmt::Display for MotionError {
             }
             Self::PlanRate { rate_hz, tick_hz } => write!(
                 f,
-                "the plan is for {rate_hz} Hz, the board ticks at {tick_hz} Hz; plan it for that rate, or set tick.rate_hz"
+                "the plan is for {} Hz, the board ticks at {} Hz; plan it for that rate, or set tick.rate_hz",
+                Decimal(*rate_hz),
+                Decimal(*tick_hz)
             ),
-            Self::TooLong { seconds } => write!(f, "would take {seconds:.0} s; slow moves must be split"),
+            Self::TooLong { seconds } => {
+                write!(f, "would take {:.0} s; slow moves must be split", Decimal(*seconds))
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::sine::sine;
 use super::{MotionContext, MotionError, within};
+use crate::elementary::sine_in_half_turn;
 
 /// The phases of a multisine's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +125,9 @@ impl Pencil {
         let multiple = grid.lines.0 + index;
         let turn = core::f64::consts::TAU * f64::from(multiple) / f64::from(grid.knots);
         // What makes the spline pass through the sine at the knots.
-        let amplitude = (3.0 * line / (2.0 + libm::cos(turn))) as i64;
+        let half = sine_in_half_turn(turn / 2.0);
+        // The cosine is 1 - 2 sin² of the half.
+        let amplitude = (3.0 * line / (3.0 - 2.0 * half * half)) as i64;
         let step = turns(multiple, grid.knots);
         let mut phase = match self.phases {
             Phases::Schroeder => schroeder(index, count),

@@ -5,6 +5,7 @@
 
 use super::fine::{FinePosition, upper_product};
 use super::{MotionContext, MotionError, within};
+use crate::elementary::cube_root;
 use crate::units::Nanometres;
 
 /// What pulse to make.
@@ -56,7 +57,7 @@ impl PulsePlan {
         let shortest = [
             PulseSpec::VELOCITY * height_mm * limits.shaper_gain / limits.velocity_mm_s,
             libm::sqrt(PulseSpec::ACCELERATION * height_mm * limits.shaper_gain / limits.acceleration_mm_s2),
-            libm::cbrt(PulseSpec::JERK * height_mm * limits.shaper_gain / limits.jerk_mm_s3),
+            cube_root(PulseSpec::JERK * height_mm * limits.shaper_gain / limits.jerk_mm_s3),
         ];
         let shortest_s = shortest.into_iter().fold(4.0 * rate.period_s(), f64::max);
         let duration_s = match spec.duration_s {

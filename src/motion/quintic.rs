@@ -4,6 +4,7 @@
 
 use super::boxes::PerTick;
 use super::fine::{FinePosition, upper_product};
+use crate::elementary::cube_root;
 
 /// The longest duration in ticks. It leaves s steps of 2⁻²⁴ and more, far above the 2⁻⁶⁴ that s is counted in.
 const MAX_TICKS: f64 = 16.0e6;
@@ -18,7 +19,7 @@ pub(super) fn shortest_ticks(distance_nm: f64, limits: PerTick) -> Result<u32, f
     const JERK: f64 = 60.0;
     let by_velocity = VELOCITY * distance_nm / limits.velocity;
     let by_acceleration = libm::sqrt(ACCELERATION * distance_nm / limits.acceleration);
-    let by_jerk = libm::cbrt(JERK * distance_nm / limits.jerk);
+    let by_jerk = cube_root(JERK * distance_nm / limits.jerk);
     let ticks = libm::ceil(by_velocity.max(by_acceleration).max(by_jerk)).max(1.0);
     if ticks.is_finite() && ticks <= MAX_TICKS { Ok(ticks as u32) } else { Err(ticks) }
 }

@@ -1,5 +1,6 @@
 //! What a person asks for, in the words of the console.
 
+use crate::decimal;
 use core::fmt;
 
 use super::{
@@ -164,7 +165,7 @@ fn number(words: &mut Words<'_>) -> Option<f64> {
 }
 
 fn finite(word: &str) -> Option<f64> {
-    word.parse().ok().filter(|number: &f64| number.is_finite())
+    decimal::parse(word).filter(|number| number.is_finite())
 }
 
 /// `80`, `80s`, `0.1Hz/s` or `2oct/min`.

@@ -63,6 +63,9 @@ pub(super) struct CheckedSweep {
 }
 
 impl SweepSpec {
+    /// Smallest and largest amplitude of the position, mm.
+    pub const AMPLITUDE_RANGE_MM: (f64, f64) = (1.0e-5, 100.0);
+
     /// The shortest and the longest sweep in seconds.
     pub const DURATION_RANGE_S: (f64, f64) = (0.1, 3600.0);
 
@@ -121,7 +124,7 @@ impl SweepSpec {
         let duration_s = self.duration_s()?;
         let omega = |hz: f64| core::f64::consts::TAU * hz;
         let acceleration_mm_s2 = match self.amplitude {
-            Amplitude::Position(mm) => within("AMPLITUDE_MM", mm, (1.0e-5, 100.0)).map(|_| None)?,
+            Amplitude::Position(mm) => within("AMPLITUDE_MM", mm, Self::AMPLITUDE_RANGE_MM).map(|_| None)?,
             Amplitude::Acceleration(mm_s2) => Some(within("AMPLITUDE_MM_S2", mm_s2, (1.0e-3, 1.0e6))?),
             Amplitude::Force(newton) => {
                 Some(context.acceleration_mm_s2(within("AMPLITUDE_N", newton, (1.0e-6, 1.0e6))?)?)
@@ -132,7 +135,7 @@ impl SweepSpec {
             (None, Amplitude::Position(mm) | Amplitude::Acceleration(mm) | Amplitude::Force(mm)) => mm,
         };
         let largest_mm = amplitude_mm(self.from_hz.min(self.to_hz));
-        within("amplitude at the lowest frequency, in mm,", largest_mm, (1.0e-5, 100.0))?;
+        within("amplitude at the lowest frequency, in mm,", largest_mm, Self::AMPLITUDE_RANGE_MM)?;
         let reach_mm = Self::STOP_REACH * largest_mm;
         let centre_mm = context.start.to_mm();
         limits.check_span(centre_mm - reach_mm, centre_mm + reach_mm)?;

@@ -4,6 +4,7 @@ use core::fmt;
 use core::str::FromStr;
 
 use super::{DriveKey, ModeSetting, Settings};
+use crate::decimal::{self, Decimal};
 use crate::motion::Profile;
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
 use crate::units::{MAX_TRAVEL_MM, TickRate};
@@ -116,7 +117,7 @@ impl Choice {
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Number(number) => write!(f, "{number}"),
+            Self::Number(number) => Decimal(*number).fmt(f),
             Self::Shaper(Some(kind)) => write!(f, "{kind}"),
             Self::Shaper(None) => f.write_str("off"),
             Self::Word(choice) => f.write_str(choice.word()),
@@ -168,20 +169,25 @@ impl fmt::Display for Refusal {
             Self::NotANumber => f.write_str("not a number"),
             Self::OutOfRange { number, key } => {
                 let (low, high) = key.range();
-                write!(f, "{number} is outside {low}..{high}")?;
+                write!(f, "{} is outside {}..{}", Decimal(*number), Decimal(low), Decimal(high))?;
                 if key.unit().is_empty() { Ok(()) } else { write!(f, " {}", key.unit()) }
             }
-            Self::NotWhole { number } => write!(f, "{number} is not a whole number"),
+            Self::NotWhole { number } => write!(f, "{} is not a whole number", Decimal(*number)),
             Self::UnknownType => write!(f, "unknown shaper type; use off, {KnownTypes}"),
             Self::NotAWord { words } => {
                 f.write_str("not one of")?;
                 words.iter().try_for_each(|word| write!(f, " {word}"))
             }
             Self::TooSmall { number, least } => {
-                write!(f, "{number} is too close to zero; at least {least} or at most -{least}")
+                write!(
+                    f,
+                    "{} is too close to zero; at least {least} or at most -{least}",
+                    Decimal(*number),
+                    least = Decimal(*least)
+                )
             }
             Self::EmptyTravel { travel_mm } => {
-                write!(f, "travel {}..{} mm would be empty", travel_mm.0, travel_mm.1)
+                write!(f, "travel {}..{} mm would be empty", Decimal(travel_mm.0), Decimal(travel_mm.1))
             }
         }
     }
@@ -375,7 +381,7 @@ impl Settings {
             Key::Mode(_, ModeKey::Type) => Value::Shaper(parse_shaper(text)?),
             _ => match key.words() {
                 Some(words) => Value::Word(Choice::find(words, text).ok_or(Refusal::NotAWord { words })?),
-                None => Value::Number(text.parse().map_err(|_| Refusal::NotANumber)?),
+                None => Value::Number(decimal::parse(text).ok_or(Refusal::NotANumber)?),
             },
         };
         self.put(key, value)

@@ -35,7 +35,7 @@ const WIDTH: usize = 4;
 /// Words of a block.
 const BLOCK: usize = WIDTH + 1;
 /// Samples that the ring has twice.
-const REPEATED: usize = WIDTH - 1;
+const REPEATED: usize = WIDTH;
 /// Added to a delay: here begins a stage.
 const STAGE: i32 = i32::MIN;
 
@@ -96,7 +96,7 @@ impl<'m> Cascade<'m> {
             let now = stage.taps().first().filter(|tap| tap.delay_ticks == 0);
             write([now.map_or(0, |tap| tap.weight), 0, 0, 0, delay + STAGE]);
             for Group { oldest_delay, weights: [oldest, older, younger, youngest] } in groups(stage) {
-                write([oldest, older, younger, youngest, delay + oldest_delay]);
+                write([oldest, older, younger, youngest, delay + oldest_delay + 1]);
             }
             // All delays are below `needed`.
             delay += own_samples(stage) as i32;
@@ -138,47 +138,71 @@ impl<'m> Cascade<'m> {
         }
         // The ring is shorter than 2¹⁶.
         self.newest = newest as u16;
-        let mut sum = i64::from(input_nm) << WEIGHT_BITS;
-        for [oldest, older, younger, youngest, delay] in blocks.as_chunks::<BLOCK>().0 {
-            let place = newest.wrapping_sub(*delay as usize);
-            let samples_nm = match window(ring, place, samples) {
-                Some(window) => window,
-                None if *delay < 0 => {
-                    // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
-                    let input_nm = (sum >> WEIGHT_BITS) as i32;
-                    let place = place.wrapping_add(STAGE as usize);
-                    if !remember(ring, place, samples, input_nm) {
-                        cold_path();
-                        newest = newest.wrapping_add(samples);
-                        if !remember(ring, place.wrapping_add(samples), samples, input_nm) {
-                            break;
-                        }
-                    }
-                    sum = i64::from(WEIGHT_ONE / 2) + i64::from(input_nm) * i64::from(*oldest);
-                    continue;
-                }
-                None => {
-                    cold_path();
-                    // Delays increase, so when one reaches back past the ring's start, all after it do.
-                    newest = newest.wrapping_add(samples);
-                    match window(ring, newest.wrapping_sub(*delay as usize), samples) {
-                        Some(window) => window,
-                        None => break,
-                    }
-                }
-            };
-            let [a, b, c, d] = samples_nm;
-            sum += i64::from(*a) * i64::from(*oldest);
-            sum += i64::from(*b) * i64::from(*older);
-            sum += i64::from(*c) * i64::from(*younger);
-            sum += i64::from(*d) * i64::from(*youngest);
+        let mut running = Running { ring, samples, newest, sum: i64::from(input_nm) << WEIGHT_BITS };
+        let (fours, rest) = blocks.as_chunks::<BLOCK>().0.as_chunks::<4>();
+        let inside = fours.iter().all(|[first, second, third, fourth]| {
+            running.take(first) && running.take(second) && running.take(third) && running.take(fourth)
+        });
+        if inside {
+            // Where one does not lie within the ring, neither do those after it.
+            let _ = rest.iter().all(|block| running.take(block));
         }
+        let sum = running.sum;
         // Sums are below 2⁶³, so this is the sample's upper half less two bits.
         let upper = (sum >> 32) as i32;
         if (upper.wrapping_add(1 << 29)).cast_unsigned() >= 1 << 30 {
             return nearest_i32(upper);
         }
         (sum >> WEIGHT_BITS) as i32
+    }
+}
+
+/// A tick under way. All of it lives in registers.
+struct Running<'r> {
+    ring: &'r mut [i32],
+    samples: usize,
+    /// Where the first stage's newest sample is, or that and `samples` once the delays have passed the ring's start.
+    newest: usize,
+    sum: i64,
+}
+
+impl Running<'_> {
+    /// One block; whether it lay within the ring.
+    #[inline(always)]
+    fn take(&mut self, [oldest, older, younger, youngest, delay]: &[i32; BLOCK]) -> bool {
+        let place = self.newest.wrapping_sub(*delay as usize);
+        let samples_nm = match window(self.ring, place, self.samples) {
+            Some(window) => window,
+            None if *delay < 0 => {
+                // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
+                let input_nm = (self.sum >> WEIGHT_BITS) as i32;
+                let place = place.wrapping_add(STAGE as usize);
+                if !remember(self.ring, place, self.samples, input_nm) {
+                    cold_path();
+                    self.newest = self.newest.wrapping_add(self.samples);
+                    if !remember(self.ring, place.wrapping_add(self.samples), self.samples, input_nm) {
+                        return false;
+                    }
+                }
+                self.sum = i64::from(WEIGHT_ONE / 2) + i64::from(input_nm) * i64::from(*oldest);
+                return true;
+            }
+            None => {
+                cold_path();
+                // Delays increase, so when one reaches back past the ring's start, all after it do.
+                self.newest = self.newest.wrapping_add(self.samples);
+                match window(self.ring, self.newest.wrapping_sub(*delay as usize), self.samples) {
+                    Some(window) => window,
+                    None => return false,
+                }
+            }
+        };
+        let [_, a, b, c, d] = samples_nm;
+        self.sum += i64::from(*a) * i64::from(*oldest);
+        self.sum += i64::from(*b) * i64::from(*older);
+        self.sum += i64::from(*c) * i64::from(*younger);
+        self.sum += i64::from(*d) * i64::from(*youngest);
+        true
     }
 }
 
@@ -197,10 +221,10 @@ fn remember(ring: &mut [i32], place: usize, samples: usize, sample_nm: i32) -> b
     true
 }
 
-/// The samples of a group that begins at this place, if that is within the ring.
+/// The sample before a group, and the group's, if that is within the ring.
 #[inline(always)]
-fn window(ring: &[i32], place: usize, samples: usize) -> Option<&[i32; WIDTH]> {
-    if place < samples { ring.get(place..place + WIDTH)?.first_chunk() } else { None }
+fn window(ring: &[i32], place: usize, samples: usize) -> Option<&[i32; 1 + WIDTH]> {
+    if place < samples { ring.get(place..place + 1 + WIDTH)?.first_chunk() } else { None }
 }
 
 // These happen at most once per tick or hardly ever; on their own they take no registers from the rest.

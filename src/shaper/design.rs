@@ -26,11 +26,10 @@ pub struct Impulse {
 pub fn single_mode(mode: &Mode) -> impl Iterator<Item = Impulse> + Clone + use<> {
     let pattern = Pattern::of(mode.shaper());
     let spacing = pattern.spacing_half_periods();
-    let decay = libm::pow(mode.decay_per_half_period(), spacing);
     let spacing_s = spacing * mode.half_period_s();
     let mut amplitudes = pattern.undamped().clone();
     for (amplitude, i) in amplitudes.iter_mut().zip(0..) {
-        *amplitude *= libm::pow(decay, f64::from(i));
+        *amplitude *= mode.decay_over(f64::from(i) * spacing);
     }
     let sum: f64 = amplitudes.iter().sum();
     amplitudes

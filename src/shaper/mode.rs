@@ -3,6 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
+use crate::decimal::Decimal;
 use crate::units::TickRate;
 
 /// Which shaper a mode gets. [`super::pattern`] has their amplitudes.
@@ -166,7 +167,12 @@ impl Mode {
 
     /// K of eqs. (30)–(32): what is left of a free oscillation after half a damped period.
     pub fn decay_per_half_period(&self) -> f64 {
-        libm::exp(-self.damping_ratio * self.omega() * self.half_period_s())
+        self.decay_over(1.0)
+    }
+
+    /// What is left of a free oscillation after so many half damped periods.
+    pub fn decay_over(&self, half_periods: f64) -> f64 {
+        libm::exp(-self.damping_ratio * self.omega() * self.half_period_s() * half_periods)
     }
 }
 
@@ -198,17 +204,24 @@ impl fmt::Display for ModeError {
             Self::Frequency { frequency_hz } => {
                 write!(
                     f,
-                    "frequency {frequency_hz:?} Hz must be finite and at least {} Hz",
-                    Mode::MIN_FREQUENCY_HZ
+                    "frequency {} Hz must be finite and at least {} Hz",
+                    Decimal(*frequency_hz),
+                    Decimal(Mode::MIN_FREQUENCY_HZ)
                 )
             }
             Self::DampingRatio { damping_ratio } => {
-                write!(f, "damping ratio {damping_ratio} must be from 0 to {}", Mode::MAX_DAMPING_RATIO)
+                write!(
+                    f,
+                    "damping ratio {} must be from 0 to {}",
+                    Decimal(*damping_ratio),
+                    Decimal(Mode::MAX_DAMPING_RATIO)
+                )
             }
             Self::AboveNyquist { frequency_hz, tick_rate } => write!(
                 f,
-                "frequency {frequency_hz} Hz must be below half the tick rate, {} Hz",
-                tick_rate.hz() / 2.0
+                "frequency {} Hz must be below half the tick rate, {} Hz",
+                Decimal(*frequency_hz),
+                Decimal(tick_rate.hz() / 2.0)
             ),
         }
     }

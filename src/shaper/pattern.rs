@@ -17,6 +17,7 @@
 use heapless::Vec;
 
 use super::mode::ShaperType;
+use crate::elementary::cube_root;
 
 /// The largest residual vibration that the EI family leaves within its band, as a fraction: 5 %, the value
 /// that published tables are made for.
@@ -46,7 +47,7 @@ impl Pattern {
                 Self::every_half_period(&[outer, (1.0 - V) / 2.0, outer])
             }
             ShaperType::Ei2 => {
-                let x = libm::cbrt(V * V * (libm::sqrt(1.0 - V * V) + 1.0));
+                let x = cube_root(V * V * (libm::sqrt(1.0 - V * V) + 1.0));
                 let outer = (3.0 * x * x + 2.0 * x + 3.0 * V * V) / (16.0 * x);
                 Self::every_half_period(&[outer, 0.5 - outer, 0.5 - outer, outer])
             }

@@ -23,6 +23,7 @@ use heapless::Vec;
 use super::design::Impulse;
 use super::mode::Mode;
 use super::stage::MAX_TAPS;
+use crate::elementary::sine_in_half_turn;
 use crate::units::TickRate;
 
 /// Taps with real weights: delay in ticks, weight. Delays increase.
@@ -64,9 +65,9 @@ impl SampledPole {
             let time_ticks = time_s * self.tick_rate_hz;
             let tick = libm::floor(time_ticks);
             let fraction = time_ticks - tick;
-            let scale = amplitude / libm::sin(self.theta);
-            let early = libm::exp(self.decay * fraction) * libm::sin((1.0 - fraction) * self.theta);
-            let late = libm::exp(self.decay * (fraction - 1.0)) * libm::sin(fraction * self.theta);
+            let scale = amplitude / sine_in_half_turn(self.theta);
+            let early = libm::exp(self.decay * fraction) * sine_in_half_turn((1.0 - fraction) * self.theta);
+            let late = libm::exp(self.decay * (fraction - 1.0)) * sine_in_half_turn(fraction * self.theta);
             add(&mut taps, tick as u32, scale * early);
             // An impulse on a tick needs no other, and powers have no room for terms of zero.
             if late > 0.0 {

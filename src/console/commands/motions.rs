@@ -6,6 +6,7 @@ use super::say;
 use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
 use crate::control::Request;
+use crate::decimal::Decimal;
 use crate::motion::multisine::MultisineRefused;
 use crate::motion::{
     MotionContext, MotionError, MotionPlan, MotionSpec, MoveLimits, MultisineDrawing, MultisineSpec,
@@ -145,15 +146,16 @@ impl Announced {
         let _best_effort = match detail {
             Detail::None => Ok(()),
             Detail::Move { to } => {
-                write!(out, "from_mm={} to_mm={} ", context.start.to_mm(), to.to_mm())
+                write!(out, "from_mm={} to_mm={} ", Decimal(context.start.to_mm()), Decimal(to.to_mm()))
             }
             Detail::Multisine { lines, period_ticks, taper_ticks, crest } => write!(
                 out,
-                "lines={lines} crest={crest:.2} period_ticks={period_ticks} taper_ticks={taper_ticks} "
+                "lines={lines} crest={:.2} period_ticks={period_ticks} taper_ticks={taper_ticks} ",
+                Decimal(f64::from(*crest))
             ),
             Detail::Decay { move_ticks } => {
                 let record_s = context.rate.seconds(ticks);
-                write!(out, "move_ticks={move_ticks} record_s={record_s:.3} ")
+                write!(out, "move_ticks={move_ticks} record_s={:.3} ", Decimal(record_s))
             }
         };
         say(out, format_args!("ticks={ticks} settled_ticks={settled_ticks}"));

@@ -7,6 +7,7 @@ use super::upload::finish_upload;
 use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
 use crate::console::upload::{UploadError, UploadKind};
+use crate::decimal::Decimal;
 use crate::motion::{MotionError, MotionPlan, PlanOutline, PlayedPlan};
 
 impl Console<'_> {
@@ -43,14 +44,17 @@ impl Console<'_> {
             Some(plan) => {
                 let [velocity, acceleration, jerk] = plan.largest_mm();
                 say(out, format_args!("plan 0x{:08x}", plan.crc32));
-                say(out, format_args!("plan_rate_hz {}", plan.tick_rate.hz()));
+                say(out, format_args!("plan_rate_hz {}", Decimal(plan.tick_rate.hz())));
                 say(out, format_args!("plan_pieces {}", plan.pieces));
-                say(out, format_args!("plan_duration_ms {:.3}", plan.tick_rate.seconds(plan.ticks) * 1e3));
+                say(
+                    out,
+                    format_args!("plan_duration_ms {:.3}", Decimal(plan.tick_rate.seconds(plan.ticks) * 1e3)),
+                );
                 say(out, format_args!("plan_distance_nm {}", plan.distance.0));
                 say(out, format_args!("plan_span_nm {} {}", plan.span.0.0, plan.span.1.0));
-                say(out, format_args!("plan_velocity_mm_s {velocity:.3}"));
-                say(out, format_args!("plan_acceleration_mm_s2 {acceleration:.1}"));
-                say(out, format_args!("plan_jerk_mm_s3 {jerk:.0}"));
+                say(out, format_args!("plan_velocity_mm_s {:.3}", Decimal(velocity)));
+                say(out, format_args!("plan_acceleration_mm_s2 {:.1}", Decimal(acceleration)));
+                say(out, format_args!("plan_jerk_mm_s3 {:.0}", Decimal(jerk)));
             }
         }
         say(out, format_args!("ok plan show"));

@@ -5,13 +5,14 @@ use core::fmt::Write;
 use super::say;
 use super::words::on_off;
 use crate::console::Console;
+use crate::decimal::Decimal;
 
 impl Console<'_> {
     pub(super) fn info(&self, out: &mut dyn Write) {
         let table = &self.table;
         say(out, format_args!("firmware stillbeam {}", self.identity.version));
         say(out, format_args!("board {}", self.identity.board));
-        say(out, format_args!("tick_hz {}", table.tick_rate().hz()));
+        say(out, format_args!("tick_hz {}", Decimal(table.tick_rate().hz())));
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
@@ -29,8 +30,8 @@ impl Console<'_> {
     fn describe_table(&self, out: &mut dyn Write) {
         let table = &self.table;
         say(out, format_args!("shaper_crc32 0x{:08x}", table.crc32()));
-        say(out, format_args!("shaper_duration_ms {:.3}", table.duration_s() * 1e3));
-        say(out, format_args!("shaper_delay_ms {:.3}", table.delay_s() * 1e3));
+        say(out, format_args!("shaper_duration_ms {:.3}", Decimal(table.duration_s() * 1e3)));
+        say(out, format_args!("shaper_delay_ms {:.3}", Decimal(table.delay_s() * 1e3)));
         say(out, format_args!("history_samples {} of {}", table.history_samples(), self.history_samples));
     }
 

@@ -13,10 +13,15 @@ impl Console<'_> {
         let name = words.next();
         no_more(words, "get", "get [NAME]")?;
         match name {
-            Some(name) => self.print_setting(parse_key(name)?, out),
-            None => Key::all().for_each(|key| self.print_setting(key, out)),
+            Some(name) => {
+                self.print_setting(parse_key(name)?, out);
+                say(out, format_args!("ok get"));
+            }
+            None => {
+                Key::all().for_each(|key| self.print_setting(key, out));
+                self.say_table("get", out);
+            }
         }
-        say(out, format_args!("ok get"));
         Ok(())
     }
 

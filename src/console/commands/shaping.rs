@@ -8,6 +8,7 @@ use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
 use crate::console::upload::{UploadError, UploadKind};
 use crate::control::Request;
+use crate::decimal::Decimal;
 use crate::settings::{Settings, ShaperSource};
 use crate::shaper::table::TableError;
 use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable};
@@ -37,8 +38,8 @@ impl Console<'_> {
                 "ok {command} crc32=0x{:08x} modes={} duration_ms={:.3} delay_ms={:.3}",
                 table.crc32(),
                 table.stages().len(),
-                table.duration_s() * 1e3,
-                table.delay_s() * 1e3
+                Decimal(table.duration_s() * 1e3),
+                Decimal(table.delay_s() * 1e3)
             ),
         );
     }

@@ -8,6 +8,7 @@ use super::words::on_off;
 use crate::console::Console;
 use crate::console::error::CommandError;
 use crate::console::upload::{UploadError, UploadKind};
+use crate::decimal::Decimal;
 use crate::shaper::UploadedTable;
 
 impl Console<'_> {
@@ -49,9 +50,9 @@ impl Console<'_> {
             Some(uploaded) => {
                 let table = uploaded.table();
                 say(out, format_args!("table 0x{:08x}", uploaded.crc32()));
-                say(out, format_args!("table_rate_hz {}", uploaded.tick_rate().hz()));
-                say(out, format_args!("table_duration_ms {:.3}", table.duration_s() * 1e3));
-                say(out, format_args!("table_delay_ms {:.3}", table.delay_s() * 1e3));
+                say(out, format_args!("table_rate_hz {}", Decimal(uploaded.tick_rate().hz())));
+                say(out, format_args!("table_duration_ms {:.3}", Decimal(table.duration_s() * 1e3)));
+                say(out, format_args!("table_delay_ms {:.3}", Decimal(table.delay_s() * 1e3)));
                 for (stage, number) in table.stages().zip(1..) {
                     say(out, format_args!("stage {number}"));
                     for tap in stage.taps() {

@@ -1,6 +1,7 @@
 //! A command's words, understood or refused with its usage.
 
 use crate::console::error::CommandError;
+use crate::decimal;
 use crate::settings::Key;
 
 /// A command's words after its name.
@@ -39,7 +40,7 @@ pub(super) fn parse_number(
     command: &'static str,
     usage: &'static str,
 ) -> Result<f64, CommandError<'static>> {
-    word.and_then(|word| word.parse().ok())
-        .filter(|number: &f64| number.is_finite())
+    word.and_then(decimal::parse)
+        .filter(|number| number.is_finite())
         .ok_or(CommandError::Usage { command, usage })
 }

@@ -1,16 +1,22 @@
 //! What a table costs the board, before it is there.
 
-use stillbeam_firmware::shaper::ShaperTable;
+use stillbeam_firmware::shaper::{ShaperTable, StageTaps};
 
-/// Instructions of the cascade per tick: fixed, for every stage, for every group of up to four neighbouring taps. Taken from the
-/// measurements in docs/results/firmware.md, which they meet exactly; a test holds them to it.
-const INSTRUCTIONS: (usize, usize, usize) = (15, 22, 17);
+/// Instructions of the cascade per tick, taken from the measurements in docs/results/firmware.md, which they meet exactly; a test
+/// holds them to it. Blocks, each a stage's beginning or a group, are run four at a time, and up to three that are left one by one.
+const FIXED: usize = 11;
+/// Per four blocks, and one more where the first of them is a group.
+const FOUR: usize = 6;
+/// A stage and a group among four.
+const AMONG_FOUR: (usize, usize) = (19, 14);
+/// Once where blocks are left.
+const LEFT: usize = 8;
+/// A stage and a group among those left.
+const AMONG_LEFT: (usize, usize) = (18, 19);
 /// Bytes of a word of memory.
 const WORD: usize = 4;
-/// Taps of a group, and words that it takes; a stage takes as many of its own.
-const GROUP: (u32, usize) = (4, 5);
-/// Samples that the ring has twice.
-const REPEATED: usize = 3;
+/// The most neighbouring taps of a group.
+const GROUP: u32 = 4;
 
 /// Memory and instructions of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,17 +34,43 @@ pub struct TableCost {
 impl TableCost {
     /// The cost of a table.
     pub fn of(table: &ShaperTable) -> Self {
-        let stages = table.stages().len();
-        let ring: usize = table.stages().map(|stage| stage.duration_ticks() as usize + 1).sum();
-        let words = table.history_samples();
-        let blocks = words.saturating_sub(ring.max(GROUP.0 as usize) + REPEATED) / GROUP.1;
-        let groups = blocks.saturating_sub(stages);
-        let (fixed, per_stage, per_group) = INSTRUCTIONS;
+        let blocks: Vec<Block> = table.stages().flat_map(blocks).collect();
+        let (fours, left) = blocks.as_chunks::<4>();
+        let sum = |blocks: &[Block], (stage, group): (usize, usize)| -> usize {
+            blocks.iter().map(|block| if *block == Block::Stage { stage } else { group }).sum()
+        };
+        let in_fours = fours.iter().map(|four| {
+            let [first, ..] = four;
+            FOUR + usize::from(*first == Block::Group) + sum(four, AMONG_FOUR)
+        });
+        let in_left = if left.is_empty() { 0 } else { LEFT + sum(left, AMONG_LEFT) };
+        let unshaped = blocks.is_empty();
         Self {
             taps: table.stages().map(|stage| stage.taps().len()).sum(),
-            groups,
-            ram_bytes: WORD * words,
-            instructions: fixed + per_stage * stages + per_group * groups,
+            groups: blocks.iter().filter(|block| **block == Block::Group).count(),
+            ram_bytes: WORD * table.history_samples(),
+            instructions: if unshaped { 0 } else { FIXED + in_fours.sum::<usize>() + in_left },
         }
     }
+}
+
+/// What the cascade runs through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Block {
+    /// The beginning of a stage, with its tap without delay.
+    Stage,
+    /// Other taps.
+    Group,
+}
+
+fn blocks(stage: StageTaps<'_>) -> Vec<Block> {
+    let mut blocks = vec![Block::Stage];
+    let mut end = 1;
+    for tap in stage.taps() {
+        if tap.delay_ticks >= end {
+            blocks.push(Block::Group);
+            end = tap.delay_ticks + GROUP;
+        }
+    }
+    blocks
 }

@@ -179,25 +179,32 @@ pub(crate) fn of_forced(model: &ForcedModel<'_>, parameters: &[f64], mode: usize
         }
         for piece in 0..pieces {
             let range = piece * rows / pieces..(piece + 1) * rows / pieces;
-            points.extend(stretch(record.between(range, delay_s), own, &others, model.direct, delay_s));
+            let held = Held { others: &others, rate_per_s: model.rate_per_s(parameters), delay_s };
+            points.extend(stretch(record.between(range, delay_s), own, held, model.direct));
         }
     }
     points.retain(says_something);
     points
 }
 
-fn stretch(
-    record: ForcedRecord,
-    own: Pole,
-    others: &[Pole],
-    direct: bool,
+/// What stays where the whole records put it while one mode is fitted to a stretch.
+struct Held<'p> {
+    others: &'p [Pole],
+    /// Rate of a real pole, 1/s.
+    rate_per_s: Option<f64>,
     delay_s: f64,
-) -> Option<AmplitudePoint> {
+}
+
+fn stretch(record: ForcedRecord, own: Pole, held: Held<'_>, direct: bool) -> Option<AmplitudePoint> {
+    let Held { others, rate_per_s, delay_s } = held;
     let records = [record];
-    let fixed = ForcedModel { records: &records, modes: 0, delay: false, max_delay_s: 0.0, direct };
+    let real_pole = rate_per_s.is_some();
+    let fixed =
+        ForcedModel { records: &records, modes: 0, delay: false, max_delay_s: 0.0, direct, real_pole };
     let held = others
         .iter()
         .flat_map(|pole| fixed.mode_columns(*pole, delay_s))
+        .chain(rate_per_s.into_iter().flat_map(|rate| fixed.real_pole_columns(rate, delay_s)))
         .chain(std::iter::once(vec![1.0; records[0].time_s.len()].into()))
         .collect();
     let window = Stretch { model: fixed, held, delay_s };

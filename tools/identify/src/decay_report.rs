@@ -65,7 +65,7 @@ pub(crate) fn report(
         warnings.extend(mode.own_warnings(nyquist_hz, image(record, refined, parts.len(), mode, nyquist_hz)));
     }
     rejected.extend(opinions.rejected(&modes));
-    warnings.extend(fit_warnings(minimum, refined.covariance.is_some()));
+    warnings.extend(fit_warnings(minimum));
     let fitted = FittedRecord {
         name: &record.name,
         first_row: 0,
@@ -97,6 +97,7 @@ pub(crate) fn report(
         offset,
         delay_s: None,
         direct: None,
+        real_pole: None,
         records: vec![RecordFit {
             recording: record.name.clone(),
             rows: n,
@@ -178,6 +179,7 @@ fn identified_mode(
             stderr: (cosine * cosine_stderr).hypot(sine * sine_stderr) / amplitude,
         },
         participation: None,
+        rate_participation: None,
         cross_checks: Vec::new(),
         by_amplitude: Vec::new(),
         amplitude_changes: Vec::new(),

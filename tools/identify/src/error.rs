@@ -50,7 +50,7 @@ pub enum IdentifyError {
     },
     /// The unit does not say what the column is.
     #[error(
-        "{recording}: column `{column}` ends in the unit `{unit}`, which does not say {wanted}; state it in the options or give the column an SI unit"
+        "{recording}: column `{column}` ends in the unit `{unit}`, which does not say {wanted}; state it with {option}, or give the column an SI unit"
     )]
     AmbiguousUnit {
         /// Name of the recording.
@@ -61,6 +61,40 @@ pub enum IdentifyError {
         unit: String,
         /// What could not be told from it.
         wanted: &'static str,
+        /// The command line's option that says it, and its values.
+        option: &'static str,
+    },
+    /// Input and output are one column.
+    #[error(
+        "{recording}: `{column}` is both input and output; name the column that drives the structure with --input and the one that responds with --output"
+    )]
+    SameColumn {
+        /// Name of the recording.
+        recording: String,
+        /// The column.
+        column: String,
+    },
+    /// Samples so far apart that the stamps are hardly seconds.
+    #[error(
+        "{recording}: its samples are {interval_s:.4} s apart, which no machine is sampled at: `time_s` counts seconds; divide stamps in milliseconds by 1000, in microseconds by 1000000"
+    )]
+    StampsNotSeconds {
+        /// Name of the recording.
+        recording: String,
+        /// The usual interval, s.
+        interval_s: f64,
+    },
+    /// The parameters of the modes cannot be told apart.
+    #[error(
+        "{recording}: column `{column}` does not determine the {modes} modes fitted to it (none has a finite standard error); ask for fewer modes, record longer, and check the units of its columns"
+    )]
+    NotDetermined {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// Modes of the fit.
+        modes: usize,
     },
     /// Fewer modes stand out than were asked for.
     #[error(

@@ -107,6 +107,11 @@ pub fn identify_forced_together(
             remedy: "give a number of seconds, 0 for none",
         });
     }
+    if options.input == options.output {
+        let recording = recordings.iter().map(|recording| recording.name.as_str()).collect::<Vec<_>>();
+        let (recording, column) = (recording.join(", "), options.output.clone());
+        return Err(IdentifyError::SameColumn { recording, column });
+    }
     let records: Vec<ForcedRecord> = recordings
         .iter()
         .map(|recording| {
@@ -121,7 +126,7 @@ pub fn identify_forced_together(
         .collect::<Result<_, _>>()?;
     let starts = Starts::new(&records);
     let chosen = choose(&records, &starts, options)?;
-    Ok(report(&chosen, &starts, options.cross_checks))
+    report(&chosen, &starts, options.cross_checks)
 }
 
 /// Refuses numbers of modes that make no sense.

@@ -6,7 +6,7 @@ use crate::error::IdentifyError;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::{InputKind, OutputQuantity};
 use crate::result::Rejected;
-use crate::time_stamps::stamp_warnings;
+use crate::time_stamps::{refuse_absurd_stamps, stamp_warnings};
 use crate::warnings::{Warning, WarningKind};
 
 /// Rows that a fit of one mode needs at least: five parameters, a constant, and something left to judge by.
@@ -39,6 +39,7 @@ pub(crate) fn present(recording: &Recording, column: &str) -> Result<Present, Id
             context: "",
         });
     }
+    refuse_absurd_stamps(recording, &time_s)?;
     Ok(Present { time_s, values })
 }
 
@@ -99,11 +100,12 @@ impl ForcedRecord {
         margin_s: f64,
     ) -> Result<Self, IdentifyError> {
         let (input_column, output_column) = columns;
-        let ambiguous = |column: &str, wanted| IdentifyError::AmbiguousUnit {
+        let ambiguous = |column: &str, wanted, option| IdentifyError::AmbiguousUnit {
             recording: recording.name.clone(),
             column: column.to_owned(),
             unit: unit_of(column),
             wanted,
+            option,
         };
         let input = present(recording, input_column)?;
         let output = present(recording, output_column)?;
@@ -113,13 +115,18 @@ impl ForcedRecord {
                 return Err(ambiguous(
                     input_column,
                     "whether it is a force, a base position or a base acceleration",
+                    "--input-kind force, base-position or base-acceleration",
                 ));
             }
         };
         let quantity = match kinds.1.or_else(|| output_quantity(&unit_of(output_column))) {
             Some(quantity) if output_column != TIME_COLUMN => quantity,
             _ => {
-                return Err(ambiguous(output_column, "whether it is a position, a speed or an acceleration"));
+                return Err(ambiguous(
+                    output_column,
+                    "whether it is a position, a speed or an acceleration",
+                    "--output-quantity position, velocity or acceleration",
+                ));
             }
         };
         let level = input.values[0];

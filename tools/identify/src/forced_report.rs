@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::aliasing::{Image, image_of};
 use crate::amplitude::of_forced;
 use crate::decay_modes::Uniform;
+use crate::error::IdentifyError;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::forced_start::{Spectral, Starts};
@@ -15,7 +16,7 @@ use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::poles::{Survey, survey_forced};
 use crate::result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RecordFit,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RealPole, RecordFit,
     SCHEMA_VERSION, UncertaintyBox,
 };
 use crate::second_opinions::{Opinions, replica};
@@ -24,17 +25,35 @@ use crate::tall::dot;
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::tones::find_tones;
 use crate::warning_merge::merged;
-use crate::warnings::{Quantity, Warning, WarningKind};
+use crate::warnings::{FastPassage, Quantity, Warning, WarningKind};
 use crate::whitening::{Whitener, even_runs};
 
 /// Turns a chosen model into the result.
-pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -> IdentifiedModes {
+///
+/// # Errors
+/// [`IdentifyError::NotDetermined`] where there are no standard errors.
+pub(crate) fn report(
+    chosen: &Chosen<'_>,
+    starts: &Starts,
+    cross_checks: bool,
+) -> Result<IdentifiedModes, IdentifyError> {
     let model = &chosen.model;
     let runs = model.rows().flat_map(|(rows, record)| even_runs(&record.time_s, rows.start)).collect();
     let whitener = Whitener::of(&chosen.minimum.point.residuals, runs);
     let known: Vec<Pole> = (0..model.modes).map(|mode| pole(&chosen.minimum.parameters, mode)).collect();
-    let range = model.parameters(&known, model.delay_s(&chosen.minimum.parameters));
+    let range = model.parameters(
+        &known,
+        model.delay_s(&chosen.minimum.parameters),
+        model.rate_per_s(&chosen.minimum.parameters),
+    );
     let refined = refine(model, &chosen.minimum, &range, whitener);
+    if refined.covariance.is_none() {
+        return Err(IdentifyError::NotDetermined {
+            recording: names(model.records),
+            column: model.records[0].output_column.clone(),
+            modes: model.modes,
+        });
+    }
 
     let mut warnings: Vec<Warning> =
         model.records.iter().flat_map(|record| record.warnings.clone()).collect();
@@ -72,7 +91,7 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
             rejected.push(pole);
         }
     }
-    warnings.extend(fit_warnings(&chosen.minimum, refined.covariance.is_some()));
+    warnings.extend(fit_warnings(&chosen.minimum));
     if let NoiseModel::NotNoise { apart, .. } = refined.noise {
         warnings.push(WarningKind::ResidualsNotNoise { apart }.into());
     }
@@ -89,7 +108,7 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
     let delay = 2 * model.modes;
     let first = &model.records[0];
     let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
-    IdentifiedModes {
+    Ok(IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes),
         recording: names(model.records),
@@ -105,6 +124,17 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
             .delay
             .then(|| Estimate { value: refined.parameters[delay], stderr: refined.stderr(delay) }),
         direct: model.direct_index().map(coefficient),
+        real_pole: model.real_pole_index().map(|index| {
+            let rate = model.rate_parameter();
+            let time_constant_s = (-refined.parameters[rate]).exp();
+            RealPole {
+                time_constant_s: Estimate {
+                    value: time_constant_s,
+                    stderr: time_constant_s * refined.stderr(rate),
+                },
+                participation: coefficient(index),
+            }
+        }),
         residual_rms: refined.residual_rms(),
         window_s: record_fits[0].window_s,
         records: record_fits,
@@ -118,7 +148,7 @@ pub(crate) fn report(chosen: &Chosen<'_>, starts: &Starts, cross_checks: bool) -
             measured: first.output.clone(),
             fitted,
         },
-    }
+    })
 }
 
 /// What the record says of a mode's image.
@@ -192,6 +222,10 @@ fn identified_mode(
             stderr: largest * (participation.stderr / participation.value).abs(),
         },
         participation: Some(participation),
+        rate_participation: model.rate_share_index(mode).map(|index| Estimate {
+            value: refined.coefficients[index],
+            stderr: refined.coefficient_stderr(index),
+        }),
         cross_checks: starts
             .spectral
             .iter()
@@ -221,7 +255,8 @@ fn mode_warnings(mode: &IdentifiedMode, records: &[ForcedRecord], starts: &Start
     let rates = starts.spectral.iter().filter_map(|spectral| spectral.sweep_rate_at(mode_hz));
     let slowest = rates.fold(f64::INFINITY, f64::min);
     if slowest.is_finite() && slowest > limit_hz_s {
-        warnings.push(WarningKind::SweepTooFast { mode_hz, rate_hz_s: slowest, limit_hz_s }.into());
+        let modes = vec![FastPassage { mode_hz, rate_hz_s: slowest, limit_hz_s }];
+        warnings.push(WarningKind::SweepTooFast { modes }.into());
     }
     let bands = starts.spectral.iter().map(Spectral::excited_band_hz);
     let [lower_hz, upper_hz] =
@@ -268,13 +303,10 @@ pub(crate) fn disagreement(mode: &IdentifiedMode, check: &CrossCheck) -> Vec<War
 }
 
 /// Warnings about the search itself.
-pub(crate) fn fit_warnings(minimum: &Minimum<Projected>, has_covariance: bool) -> Vec<Warning> {
+pub(crate) fn fit_warnings(minimum: &Minimum<Projected>) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if !minimum.stop_reason.converged() {
         warnings.push(WarningKind::NotConverged { steps: minimum.steps }.into());
-    }
-    if !has_covariance {
-        warnings.push(WarningKind::NoStandardErrors.into());
     }
     warnings
 }

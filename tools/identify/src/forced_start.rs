@@ -10,6 +10,7 @@ use crate::modal_response::Pole;
 use crate::poles::{MethodMode, Survey, survey_forced};
 use crate::responses::Frf;
 use crate::result::{CrossCheck, Estimate};
+use crate::separable::sum_of_squares_at;
 use crate::signal_checks::sweep_rate_at;
 use crate::spectra::{CrossSpectra, Window, peaks};
 use crate::tall::{Orthonormal, dot};
@@ -125,6 +126,8 @@ impl Spectral {
     }
 }
 
+/// Rates that the scan for a real pole tries, less one.
+const RATES: i32 = 12;
 /// Rows that the scan for starts looks at; more make it slower, not better.
 const SCAN_ROWS: usize = 8192;
 
@@ -173,6 +176,12 @@ impl Starts {
                 basis.push(column);
             }
         }
+        if let Some(rate_per_s) = model.rate_per_s(parameters) {
+            thin.real_pole_columns(rate_per_s, delay_s)
+                .into_iter()
+                .rev()
+                .for_each(|column| basis.push(column));
+        }
         let sum_with = |pole: Pole| {
             // The residuals are free of what is fitted already; the new columns must be too.
             let mut own = Orthonormal::default();
@@ -206,6 +215,21 @@ impl Starts {
             START_DAMPINGS.map(|damping_ratio| scanned(first.pole.frequency_hz, damping_ratio)).to_vec();
         others.extend(self.seen_by_methods());
         std::iter::once(first).chain(best_of(others)).collect()
+    }
+
+    /// Where a real pole may start, 1/s: the best of a scan of its range and of the real poles that the frequency-domain
+    /// methods see.
+    pub(crate) fn start_rate(&self, model: &ForcedModel, poles: &[Pole], delay_s: f64) -> Option<f64> {
+        let thin = ForcedModel { records: &self.thinned, real_pole: true, ..*model };
+        let [lower, upper] = model.rate_range_per_s();
+        let seen = self.surveys.iter().flat_map(|survey| survey.real_poles_per_s.iter().copied());
+        let scanned = (0..=RATES).map(|k| lower * (upper / lower).powf(f64::from(k) / f64::from(RATES)));
+        let sums = seen.filter(|rate| (lower..=upper).contains(rate)).chain(scanned).filter_map(|rate| {
+            let parameters = thin.parameters(poles, delay_s, Some(rate));
+            let start: Vec<f64> = parameters.iter().map(|parameter| parameter.start).collect();
+            Some((sum_of_squares_at(&thin, &start)?, rate))
+        });
+        sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, rate)| rate)
     }
 
     /// The classical methods' modes, as starts.

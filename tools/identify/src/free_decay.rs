@@ -63,7 +63,11 @@ pub fn identify_free_decay(
     let mut tried: Vec<Attempt> = Vec::new();
     for start in ringing.starts(options.start_s) {
         match identify_from(&ringing, start, options) {
-            Err(refusal @ (IdentifyError::NoPeaks { .. } | IdentifyError::TooFewPeaks { .. })) => {
+            Err(
+                refusal @ (IdentifyError::NoPeaks { .. }
+                | IdentifyError::TooFewPeaks { .. }
+                | IdentifyError::NotDetermined { .. }),
+            ) => {
                 first_refusal.get_or_insert(refusal);
             }
             Err(IdentifyError::TooFewSamples { .. }) if first_refusal.is_some() || !tried.is_empty() => {}
@@ -179,6 +183,13 @@ fn identify_from(
             let runs = even_runs(&record.time_s, 0);
             let whitener = Whitener::of(&minimum.point.residuals, runs);
             let refined = refine(&model, &minimum, &range, whitener);
+            if refined.covariance.is_none() {
+                return Err(IdentifyError::NotDetermined {
+                    recording: record.name.clone(),
+                    column: record.column.clone(),
+                    modes: parts.len(),
+                });
+            }
             // Modes that were not asked for are no reason to read the decay from elsewhere.
             let left = refined.residual_rms().min(left_by_all.unwrap_or(f64::INFINITY));
             return Ok(Attempt {

@@ -49,6 +49,7 @@ mod modes_file;
 mod narrow_band;
 mod noise;
 pub mod poles;
+mod real_pole;
 mod responses;
 mod result;
 mod ringing;
@@ -79,7 +80,8 @@ pub use modal_response::{InputKind, OutputQuantity};
 pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
 pub use responses::{Frf, Response, Spectrum};
 pub use result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel, RealPole,
     RecordFit, Rejected, SCHEMA_VERSION, UncertaintyBox,
 };
-pub use warnings::{Quantity, Warning, WarningKind};
+pub use warning_merge::merged;
+pub use warnings::{FastPassage, Quantity, Warning, WarningKind};

@@ -77,10 +77,40 @@ struct Transfer {
     direct: [f64; 3],
 }
 
+/// What lies between a recorded input and what is wanted of a mode: s to a power, with a sign.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Path {
+    /// Minus for motions of the base.
+    sign: f64,
+    /// The power of s.
+    order: i32,
+}
+
+impl Path {
+    pub(crate) fn new(input: InputKind, output: OutputQuantity) -> Self {
+        let (sign, input_order) = match input {
+            InputKind::Force => (1.0, 0),
+            InputKind::BasePosition => (-1.0, 2),
+            InputKind::BaseAcceleration => (-1.0, 0),
+        };
+        let output_order = match output {
+            OutputQuantity::Position => 0,
+            OutputQuantity::Velocity => 1,
+            OutputQuantity::Acceleration => 2,
+        };
+        Self { sign, order: input_order + output_order }
+    }
+
+    /// The rate of what is wanted; up to the fourth power of s.
+    pub(crate) fn differentiated(self) -> Self {
+        Self { order: (self.order + 1).min(4), ..self }
+    }
+}
+
 impl Transfer {
-    fn new(pole: Pole, input: InputKind, output: OutputQuantity) -> Self {
+    fn new(pole: Pole, path: Path) -> Self {
         let lambda = pole.lambda();
-        let (sign, order) = Self::sign_and_order(input, output);
+        let Path { sign, order } = path;
         let residue = lambda.powi(order) / Complex64::new(0.0, 2.0 * lambda.im);
         // Quotient of s^order by s² + a s + b.
         let (a, b) = (2.0 * pole.damping_ratio * pole.omega(), pole.omega().powi(2));
@@ -93,26 +123,11 @@ impl Transfer {
         Self { lambda, residue: residue * sign, direct: direct.map(|factor| factor * sign) }
     }
 
-    /// Minus for motions of the base, and the power of s from the recorded input to the recorded output.
-    fn sign_and_order(input: InputKind, output: OutputQuantity) -> (f64, i32) {
-        let (sign, input_order) = match input {
-            InputKind::Force => (1.0, 0),
-            InputKind::BasePosition => (-1.0, 2),
-            InputKind::BaseAcceleration => (-1.0, 0),
-        };
-        let output_order = match output {
-            OutputQuantity::Position => 0,
-            OutputQuantity::Velocity => 1,
-            OutputQuantity::Acceleration => 2,
-        };
-        (sign, input_order + output_order)
-    }
-
     /// Derivatives of residue and direct terms with respect to ln f (index 0) or ln zeta (1).
-    fn slope(&self, pole: Pole, index: usize, kinds: (InputKind, OutputQuantity)) -> Self {
+    fn slope(&self, pole: Pole, index: usize, path: Path) -> Self {
         let lambda = self.lambda;
         let turn = pole.lambda_slopes()[index.min(1)];
-        let (sign, order) = Self::sign_and_order(kinds.0, kinds.1);
+        let Path { sign, order } = path;
         let residue = self.residue * (turn / lambda * f64::from(order) - turn.im / lambda.im);
         let (a, b) = (2.0 * pole.damping_ratio * pole.omega(), pole.omega().powi(2));
         // a is proportional to both f and zeta, b to f².
@@ -127,14 +142,8 @@ impl Transfer {
 }
 
 /// The response of a mode of unit participation, starting from nothing, at increasing times within the input.
-pub(crate) fn forced_response(
-    pole: Pole,
-    input: &PiecewiseCubic,
-    input_kind: InputKind,
-    output: OutputQuantity,
-    times_s: &[f64],
-) -> Vec<f64> {
-    let transfer = Transfer::new(pole, input_kind, output);
+pub(crate) fn forced_response(pole: Pole, input: &PiecewiseCubic, path: Path, times_s: &[f64]) -> Vec<f64> {
+    let transfer = Transfer::new(pole, path);
     let mut steps = StepCache::new(transfer.lambda);
     let mut response = Vec::with_capacity(times_s.len());
     let mut times = times_s.iter().copied().peekable();
@@ -180,16 +189,10 @@ pub(crate) struct ForcedSlopes {
 }
 
 /// The derivatives of a mode's forced response, all in one pass.
-pub(crate) fn forced_slopes(
-    pole: Pole,
-    input: &PiecewiseCubic,
-    input_kind: InputKind,
-    output: OutputQuantity,
-    times_s: &[f64],
-) -> ForcedSlopes {
-    let transfer = Transfer::new(pole, input_kind, output);
+pub(crate) fn forced_slopes(pole: Pole, input: &PiecewiseCubic, path: Path, times_s: &[f64]) -> ForcedSlopes {
+    let transfer = Transfer::new(pole, path);
     let turns = pole.lambda_slopes();
-    let slopes = [0, 1].map(|index| transfer.slope(pole, index, (input_kind, output)));
+    let slopes = [0, 1].map(|index| transfer.slope(pole, index, path));
     let mut found = ForcedSlopes {
         by_pole: [0, 1].map(|_| Vec::with_capacity(times_s.len())),
         by_time: Vec::with_capacity(times_s.len()),
@@ -274,14 +277,14 @@ mod tests {
         let times: Vec<f64> = (0..150).map(|k| 0.013 * f64::from(k)).collect();
         let outputs = [OutputQuantity::Position, OutputQuantity::Velocity, OutputQuantity::Acceleration];
         for (order, output) in outputs.into_iter().enumerate() {
-            let force = forced_response(pole, &spline, InputKind::Force, output, &times);
+            let force = forced_response(pole, &spline, Path::new(InputKind::Force, output), &times);
             let wanted = runge_kutta(pole, u, &times);
             for (found, wanted) in force.iter().zip(&wanted) {
                 assert!((found - wanted[order]).abs() < 1e-9, "force: {found} {}", wanted[order]);
             }
             // Base motion that begins with a speed: the position form differs from the acceleration form by a
             // free response, which is q(0) = -u(0), q'(0) = -u'(0) seen by the state that starts from nothing.
-            let base = forced_response(pole, &spline, InputKind::BasePosition, output, &times);
+            let base = forced_response(pole, &spline, Path::new(InputKind::BasePosition, output), &times);
             let wanted = runge_kutta(pole, |t| -acceleration(t), &times);
             let [cosine, sine] = free_response(pole, 0.0, &times);
             let difference: Vec<f64> = base.iter().zip(&wanted).map(|(b, w)| b - w[order]).collect();
@@ -304,11 +307,11 @@ mod tests {
         for kind in [InputKind::Force, InputKind::BasePosition, InputKind::BaseAcceleration] {
             for quantity in [OutputQuantity::Position, OutputQuantity::Velocity, OutputQuantity::Acceleration]
             {
-                let slopes = forced_slopes(base, &spline, kind, quantity, &times);
+                let slopes = forced_slopes(base, &spline, Path::new(kind, quantity), &times);
                 let response = |f: f64, zeta: f64, shift: f64| {
                     let pole = Pole { frequency_hz: 1.7 * f.exp(), damping_ratio: 0.03 * zeta.exp() };
                     let times: Vec<f64> = times.iter().map(|t| t + shift).collect();
-                    forced_response(pole, &spline, kind, quantity, &times)
+                    forced_response(pole, &spline, Path::new(kind, quantity), &times)
                 };
                 let h = 1e-6;
                 let check = |found: &[f64], up: Vec<f64>, down: Vec<f64>| {

@@ -1,8 +1,8 @@
-//! How many modes, and whether a delay and a direct share: every step is judged and kept on record.
+//! How many modes, and whether a delay, a direct share and a real pole: every step is judged and kept on record.
 //!
 //! Modes are added one by one, each started where what is left responds most to the input; after every mode the
-//! delay and the direct share are tried, because without them further modes would stand in for them; at the
-//! end whatever has become unnecessary is taken out again.
+//! delay and the direct share are tried, and of a force a real pole, because without them further modes would stand in for
+//! them; at the end whatever has become unnecessary is taken out again.
 
 use crate::error::IdentifyError;
 use crate::forced_fit::{ForcedOptions, MAX_MODES};
@@ -10,9 +10,9 @@ use crate::forced_model::{ForcedModel, MAX_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::forced_start::Starts;
 use crate::levenberg_marquardt::Minimum;
-use crate::modal_response::{OutputQuantity, Pole};
+use crate::modal_response::{InputKind, OutputQuantity, Pole};
 use crate::result::{ModelStep, Rejected};
-use crate::separable::{Projected, fit};
+use crate::separable::{Projected, fit, fit_covariance};
 
 /// A model and its fit, and how it came to be chosen.
 pub(crate) struct Chosen<'r> {
@@ -35,8 +35,14 @@ pub(crate) fn choose<'r>(
     starts: &Starts,
     options: &ForcedOptions,
 ) -> Result<Chosen<'r>, IdentifyError> {
-    let model =
-        ForcedModel { records, modes: 0, delay: false, max_delay_s: options.max_delay_s, direct: false };
+    let model = ForcedModel {
+        records,
+        modes: 0,
+        delay: false,
+        max_delay_s: options.max_delay_s,
+        direct: false,
+        real_pole: false,
+    };
     let (recording, column) = (names(records), records[0].output_column.clone());
     let minimum = fit(&model, &[]).ok_or_else(|| IdentifyError::NotComputable {
         recording: recording.clone(),
@@ -47,9 +53,11 @@ pub(crate) fn choose<'r>(
         if chosen.is_explained() || !chosen.add_mode(starts, options.modes.is_some()) {
             break;
         }
-        chosen.try_details();
+        if !chosen.is_explained() {
+            chosen.try_details(starts);
+        }
     }
-    chosen.drop_idle_details();
+    chosen.drop_idle_details(starts);
     let found = chosen.model.modes;
     match options.modes {
         Some(requested) if found < requested => Err(IdentifyError::TooFewPeaks {
@@ -80,6 +88,10 @@ impl Chosen<'_> {
         (0..self.model.modes).map(|mode| pole(&self.minimum.parameters, mode)).collect()
     }
 
+    fn rate_per_s(&self) -> Option<f64> {
+        self.model.rate_per_s(&self.minimum.parameters)
+    }
+
     fn rows(&self) -> usize {
         self.minimum.point.residuals.len()
     }
@@ -103,10 +115,11 @@ impl Chosen<'_> {
         let known = self.poles();
         let delay_s = self.model.delay_s(&self.minimum.parameters);
         let wider = ForcedModel { modes: self.model.modes + 1, ..self.model };
+        let rate_per_s = self.rate_per_s();
         let tried = starts.start_mode(&self.model, &self.minimum.parameters, &self.minimum.point.residuals);
         let fits = tried.into_iter().filter_map(|start| {
             let poles: Vec<Pole> = known.iter().copied().chain([start.pole]).collect();
-            Some((fit(&wider, &wider.parameters(&poles, delay_s))?, start.from))
+            Some((fit(&wider, &wider.parameters(&poles, delay_s, rate_per_s))?, start.from))
         });
         let best = fits.min_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
         let Some((found, from)) = best else {
@@ -114,7 +127,7 @@ impl Chosen<'_> {
         };
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
-        let refusal = not_sensible(&wider, &found, starts);
+        let refusal = not_sensible(&wider, &found, starts).or_else(|| not_determined(&wider, &found));
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());
         if !kept && let Some(step) = self.steps.last() {
@@ -131,8 +144,8 @@ impl Chosen<'_> {
         kept
     }
 
-    /// Tries the direct share and the delay, where they are not in the model yet.
-    fn try_details(&mut self) {
+    /// Tries the direct share, the delay and a real pole, where they are not in the model yet.
+    fn try_details(&mut self, starts: &Starts) {
         let positions = |record: &ForcedRecord| record.quantity != OutputQuantity::Velocity;
         if !self.model.direct && self.model.records.iter().all(positions) {
             let wider = ForcedModel { direct: true, ..self.model };
@@ -142,22 +155,42 @@ impl Chosen<'_> {
             let wider = ForcedModel { delay: true, ..self.model };
             self.try_detail("a delay of the output", wider);
         }
+        if !self.model.real_pole
+            && self.model.records.iter().all(|record| record.input_kind == InputKind::Force)
+        {
+            self.try_real_pole(starts);
+        }
+    }
+
+    /// Tries a body that the force moves freely against viscous friction.
+    fn try_real_pole(&mut self, starts: &Starts) {
+        let delay_s = self.model.delay_s(&self.minimum.parameters);
+        let poles = self.poles();
+        let Some(rate_per_s) = starts.start_rate(&self.model, &poles, delay_s) else { return };
+        let wider = ForcedModel { real_pole: true, ..self.model };
+        let Some(found) = fit(&wider, &wider.parameters(&poles, delay_s, Some(rate_per_s))) else { return };
+        let refusal = not_sensible(&wider, &found, starts)
+            .or_else(|| no_real_pole(&wider, &found, starts))
+            .or_else(|| not_determined(&wider, &found));
+        let parameters = parameters_of(&wider) - parameters_of(&self.model);
+        self.weigh(real_pole_words(&wider, &found), wider, found, parameters, SHARE_OF_A_MODE, refusal);
     }
 
     fn try_detail(&mut self, what: &str, wider: ForcedModel<'_>) {
         let delay_s = self.model.delay_s(&self.minimum.parameters);
         let model = ForcedModel { records: self.model.records, ..wider };
-        if let Some(found) = fit(&model, &model.parameters(&self.poles(), delay_s)) {
+        if let Some(found) = fit(&model, &model.parameters(&self.poles(), delay_s, self.rate_per_s())) {
             self.weigh(what.to_owned(), model, found, 1, SHARE_OF_A_DETAIL, None);
         }
     }
 
     /// Takes out what later additions have made unnecessary.
-    fn drop_idle_details(&mut self) {
-        let (delay, direct) = (self.model.delay, self.model.direct);
+    fn drop_idle_details(&mut self, starts: &Starts) {
+        let ForcedModel { delay, direct, real_pole, .. } = self.model;
         let narrower = [
             direct.then_some(("the direct share", ForcedModel { direct: false, ..self.model })),
             delay.then_some(("the delay", ForcedModel { delay: false, ..self.model })),
+            real_pole.then_some(("the real pole", ForcedModel { real_pole: false, ..self.model })),
         ];
         for (what, narrow) in narrower.into_iter().flatten() {
             let narrow = ForcedModel {
@@ -166,17 +199,24 @@ impl Chosen<'_> {
                 ..narrow
             };
             let delay_s = self.model.delay_s(&self.minimum.parameters);
-            let Some(found) = fit(&narrow, &narrow.parameters(&self.poles(), delay_s)) else { continue };
-            let gain = evidence(found.sum_of_squares, self.minimum.sum_of_squares, self.rows(), 1);
+            let start = narrow.parameters(&self.poles(), delay_s, self.rate_per_s());
+            let Some(found) = fit(&narrow, &start) else { continue };
+            let fewer = parameters_of(&self.model) - parameters_of(&narrow);
+            let gain = evidence(found.sum_of_squares, self.minimum.sum_of_squares, self.rows(), fewer);
             let share = 1.0 - self.minimum.sum_of_squares / found.sum_of_squares.max(f64::MIN_POSITIVE);
-            if gain <= 10.0 || share <= SHARE_OF_A_DETAIL {
+            let refusal = match narrow.real_pole {
+                true => None,
+                false => no_real_pole(&self.model, &self.minimum, starts),
+            };
+            if gain <= 10.0 || share <= SHARE_OF_A_DETAIL || refusal.is_some() {
                 self.steps.push(ModelStep {
                     what: format!("without {what}"),
                     parameters: parameters_of(&narrow),
                     residual_rms: rms(&found),
                     evidence: -gain,
                     kept: true,
-                    reason: "the model explains the record as well without it".to_owned(),
+                    reason: refusal
+                        .unwrap_or_else(|| "the model explains the record as well without it".to_owned()),
                 });
                 (self.model, self.minimum) = (narrow, found);
             }
@@ -232,6 +272,39 @@ fn parameters_of(model: &ForcedModel<'_>) -> usize {
         + model.records.len()
         + usize::from(model.delay)
         + usize::from(model.direct)
+        + if model.real_pole { 2 + model.records.len() } else { 0 }
+}
+
+/// A real pole in the words of a step.
+fn real_pole_words(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> String {
+    let time_s = model.rate_per_s(&found.parameters).map_or(f64::INFINITY, f64::recip);
+    format!("a real pole of {time_s:.4} s, and of every mode the rate")
+}
+
+/// Why a fit cannot be judged, if it cannot: a mode without a standard error is no mode.
+fn not_determined(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Option<String> {
+    let none = fit_covariance(model, found).is_none();
+    none.then(|| "the record does not determine it: no standard error is finite with it".to_owned())
+}
+
+/// Why a real pole is none that the record shows, if it is none.
+///
+/// Beyond the band that the input excites its response is the input's own, which is a direct share, or a delay.
+fn no_real_pole(model: &ForcedModel<'_>, found: &Minimum<Projected>, starts: &Starts) -> Option<String> {
+    let rate_per_s = model.rate_per_s(&found.parameters)?;
+    let [lower, highest] = model.rate_range_per_s();
+    let excited_hz = starts.spectral.iter().map(|spectral| spectral.excited_band_hz()[1]).fold(0.0, f64::max);
+    let upper = highest.min(std::f64::consts::TAU * excited_hz);
+    if rate_per_s <= 1.01 * lower {
+        Some(format!("its time constant of {:.3} s is longer than the record can tell", 1.0 / rate_per_s))
+    } else if rate_per_s >= upper / 1.01 {
+        Some(format!(
+            "its time constant of {:.2e} s is shorter than the input's band can tell",
+            1.0 / rate_per_s
+        ))
+    } else {
+        None
+    }
 }
 
 /// Why a fit is no model of the structure, if it is none: a mode below one period per record is a trend, one above

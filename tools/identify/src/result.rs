@@ -83,6 +83,10 @@ pub struct IdentifiedMode {
     /// Participation: output per modal coordinate, whose equation is forced by minus the base's
     /// acceleration or by the force. `None` in a free decay, where it cannot be known.
     pub participation: Option<Estimate>,
+    /// Output per rate of the modal coordinate, s times the unit of the participation: where friction on a free base keeps the
+    /// structure from moving in phase. Only beside a real pole ([`IdentifiedModes::real_pole`]).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_participation: Option<Estimate>,
     /// Second opinions.
     pub cross_checks: Vec<CrossCheck>,
     /// The mode by amplitude: backbone and damping curve, where the record covers more than one amplitude.
@@ -275,6 +279,29 @@ pub struct RecordFit {
     pub window_s: [f64; 2],
 }
 
+/// A body that the force moves freely against viscous friction: no mode, a velocity that is forgotten.
+///
+/// Its coordinate p obeys p' + p / time constant = force, and the output has participation times p (its rate, for an output
+/// that is a velocity; the rate of that, for an acceleration). For a base on a guide the time constant is the moved mass
+/// over the friction, nearly.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct RealPole {
+    /// Time by which the velocity falls by e, s.
+    pub time_constant_s: Estimate,
+    /// Output per coordinate, the output's unit per (N s).
+    pub participation: Estimate,
+}
+
+impl RealPole {
+    /// The sentence for people.
+    pub fn words(&self) -> String {
+        let Estimate { value, stderr } = self.time_constant_s;
+        format!(
+            "real pole, time constant {value:.4} ± {stderr:.1e} s: no mode, but the base's velocity, forgotten by viscous friction (its moved mass over its friction, nearly)"
+        )
+    }
+}
+
 /// Measured and fitted output, for plots.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FitTrace {
@@ -315,6 +342,10 @@ pub struct IdentifiedModes {
     /// compliance of the modes beyond the band. Where the record calls for it.
     #[serde(default)]
     pub direct: Option<Estimate>,
+    /// The real pole beside the modes that viscous friction gives a structure whose base is free and pushed by a force. Where
+    /// the record calls for it; never where the input is a motion of the base.
+    #[serde(default)]
+    pub real_pole: Option<RealPole>,
     /// Root mean square of recorded minus fitted output, in the output's unit.
     pub residual_rms: f64,
     /// Time of the first and the last fitted sample, s; of the first recording, where there are several.

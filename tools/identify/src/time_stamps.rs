@@ -1,5 +1,8 @@
 //! What the stamps and the samples of a recording say about the recorder: gaps, doublets, jitter, frozen samples.
 
+use stillbeam_recording::Recording;
+
+use crate::error::IdentifyError;
 use crate::warnings::{Warning, WarningKind};
 
 /// Intervals beyond this many usual ones are gaps, below the other they are doublets.
@@ -51,6 +54,28 @@ pub(crate) fn are_uneven(time_s: &[f64]) -> bool {
     rms > EVEN * interval_s && furthest > ROUNDED * last_decimal_place(time_s)
 }
 
+/// Usual interval from which stamps may not be seconds, s: a machine whose modes are below a tenth of this rate is rare.
+const DOUBTFUL_S: f64 = 0.5;
+/// Usual interval from which they are not, s: at 100 Hz to 500 Hz, milliseconds give 10 to 2.
+const ABSURD_S: f64 = 2.0;
+
+/// The interval that most samples have, s; none of less than two.
+fn usual_interval_s(time_s: &[f64]) -> Option<f64> {
+    let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
+    let middle = intervals.len() / 2;
+    (!intervals.is_empty()).then(|| *intervals.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// An error when samples are so far apart that the stamps are not seconds.
+pub(crate) fn refuse_absurd_stamps(recording: &Recording, time_s: &[f64]) -> Result<(), IdentifyError> {
+    match usual_interval_s(time_s) {
+        Some(interval_s) if interval_s >= ABSURD_S => {
+            Err(IdentifyError::StampsNotSeconds { recording: recording.name.clone(), interval_s })
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Unit of the last decimal place that the stamps use, s; 0 where they use more than nine.
 fn last_decimal_place(time_s: &[f64]) -> f64 {
     let whole = |unit: f64| time_s.iter().all(|t| (t / unit - (t / unit).round()).abs() < 1e-3);
@@ -68,6 +93,9 @@ pub(crate) fn stamp_warnings(recording: &str, time_s: &[f64], values: &[f64]) ->
     let usual = *sorted.select_nth_unstable_by(middle, f64::total_cmp).1;
     let recording = recording.to_owned();
     let mut kinds = Vec::new();
+    if usual >= DOUBTFUL_S {
+        kinds.push(WarningKind::StampsMayNotBeSeconds { recording: recording.clone(), interval_s: usual });
+    }
 
     let gaps: Vec<usize> = (0..intervals.len()).filter(|k| intervals[*k] > GAP * usual).collect();
     if let Some(&longest) = gaps.iter().max_by(|a, b| intervals[**a].total_cmp(&intervals[**b])) {

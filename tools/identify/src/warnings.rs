@@ -37,6 +37,17 @@ impl Quantity {
     }
 }
 
+/// How fast a sweep passes a mode.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FastPassage {
+    /// Frequency of the mode, Hz.
+    pub mode_hz: f64,
+    /// Sweep rate where it passes the mode, Hz/s.
+    pub rate_hz_s: f64,
+    /// (2 zeta f)², Hz/s.
+    pub limit_hz_s: f64,
+}
+
 /// The kinds of warning, with their numbers. Modes are named by their frequency.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -51,14 +62,10 @@ pub enum WarningKind {
         /// 1 / (zeta omega), s.
         decay_time_s: f64,
     },
-    /// The sweep passes the mode faster than its half-power bandwidth squared.
+    /// The sweep passes modes faster than their half-power bandwidths squared.
     SweepTooFast {
-        /// Frequency of the mode, Hz.
-        mode_hz: f64,
-        /// Sweep rate where it passes the mode, Hz/s.
-        rate_hz_s: f64,
-        /// (2 zeta f)², Hz/s.
-        limit_hz_s: f64,
+        /// The modes, by rising frequency.
+        modes: Vec<FastPassage>,
     },
     /// An independent estimate differs by more than three standard errors.
     CrossCheckDisagrees {
@@ -127,8 +134,6 @@ pub enum WarningKind {
         /// Steps made.
         steps: usize,
     },
-    /// The standard errors could not be computed.
-    NoStandardErrors,
     /// What the fit leaves is coloured in a way that independent noise is not.
     ResidualsNotNoise {
         /// By how many standard errors the fits with and without a noise model differ.
@@ -244,6 +249,13 @@ pub enum WarningKind {
         /// The large amplitude.
         large_amplitude: f64,
     },
+    /// Samples are so far apart that the stamps may not be seconds.
+    StampsMayNotBeSeconds {
+        /// The recording.
+        recording: String,
+        /// The usual interval, s.
+        interval_s: f64,
+    },
     /// The input has a gap that the interpolation had to bridge.
     InputGap {
         /// Where it begins, s.
@@ -259,9 +271,17 @@ impl WarningKind {
             Self::RecordShorterThanDecay { mode_hz, duration_s, decay_time_s } => format!(
                 "mode at {mode_hz:.4} Hz: the record is {duration_s:.3} s long but the mode takes {decay_time_s:.3} s to decay by e; record longer for a sharper damping"
             ),
-            Self::SweepTooFast { mode_hz, rate_hz_s, limit_hz_s } => format!(
-                "mode at {mode_hz:.4} Hz: the sweep passes it at {rate_hz_s:.3e} Hz/s where methods based on the frequency response need less than {limit_hz_s:.3e} Hz/s; the time-domain fit reported here does not, but do not read damping off the frequency response"
-            ),
+            Self::SweepTooFast { modes } => {
+                let passage = |one: &FastPassage| {
+                    let FastPassage { mode_hz, rate_hz_s, limit_hz_s } = one;
+                    format!("{mode_hz:.4} Hz at {rate_hz_s:.1e} Hz/s (limit {limit_hz_s:.1e})")
+                };
+                format!(
+                    "the sweep passes {} too fast for methods based on the frequency response: {}; the time-domain fit reported here needs no such limit, but do not read damping off the frequency response",
+                    if modes.len() == 1 { "a mode" } else { "modes" },
+                    modes.iter().map(passage).collect::<Vec<_>>().join(", ")
+                )
+            }
             Self::CrossCheckDisagrees { mode_hz, quantity, method, fitted, other, stderr } => format!(
                 "mode at {mode_hz:.4} Hz: {method} gives a {} of {other:.6} where the fit gives {fitted:.6}, {:.1} standard errors apart",
                 quantity.words(),
@@ -288,13 +308,18 @@ impl WarningKind {
             Self::NotConverged { steps } => {
                 format!("the search gave up after {steps} steps without reaching a minimum; try fewer modes")
             }
-            Self::NoStandardErrors => {
-                "the parameters cannot be told apart well enough for standard errors; try fewer modes or a longer record".to_owned()
-            }
             Self::ResidualsNotNoise { apart } => format!(
                 "what the fit leaves is not independent noise (with and without a noise model it differs by {apart:.1} standard errors): the structure does something that the modes do not; `stillbeam diagnose` looks for what"
             ),
-            Self::RecordingsDisagree { mode_hz, quantity, first, second, stderr, first_amplitude, second_amplitude } => format!(
+            Self::RecordingsDisagree {
+                mode_hz,
+                quantity,
+                first,
+                second,
+                stderr,
+                first_amplitude,
+                second_amplitude,
+            } => format!(
                 "mode at {mode_hz:.4} Hz: its {} is {first:.6} at amplitude {first_amplitude:.3e} and {second:.6} at {second_amplitude:.3e}, {:.1} standard errors apart: the structure is not linear, or changed",
                 quantity.words(),
                 (first - second).abs() / stderr
@@ -316,7 +341,11 @@ impl WarningKind {
                 "{recording}: from {at_s:.3} s on the record is {} by {} intervals although its stamps are even: {}; record the true stamps, or cut the recording there",
                 if *count > 0 { "early" } else { "late" },
                 count.abs(),
-                if *count > 0 { "samples were lost and not counted" } else { "samples were counted that there were not" }
+                if *count > 0 {
+                    "samples were lost and not counted"
+                } else {
+                    "samples were counted that there were not"
+                }
             ),
             Self::MayBeAliased { mode_hz, nyquist_hz, image_hz, likelier: true } => format!(
                 "mode at {mode_hz:.4} Hz: the record fits one at {image_hz:.2} Hz better, above half the sampling rate ({nyquist_hz:.2} Hz); sample faster"
@@ -331,10 +360,22 @@ impl WarningKind {
             Self::ToneInRecord { frequency_hz, reason } => {
                 format!("the line at {frequency_hz:.2} Hz is a forced tone, not a mode: {reason}")
             }
-            Self::DependsOnAmplitude { mode_hz, quantity, small, large, stderr, small_amplitude, large_amplitude } => format!(
+            Self::DependsOnAmplitude {
+                mode_hz,
+                quantity,
+                small,
+                large,
+                stderr,
+                small_amplitude,
+                large_amplitude,
+            } => format!(
                 "mode at {mode_hz:.4} Hz: its {} goes from {small:.6} at amplitude {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart: the structure is not linear; `stillbeam diagnose` looks for the reason",
                 quantity.words(),
                 (small - large).abs() / stderr
+            ),
+            Self::StampsMayNotBeSeconds { recording, interval_s } => format!(
+                "{recording}: its samples are {interval_s:.4} s apart, so that nothing above {:.3} Hz is seen; if the stamps are milliseconds, divide them by 1000",
+                0.5 / interval_s
             ),
             Self::InputGap { start_s, length_s } => format!(
                 "the input is missing for {length_s:.4} s from {start_s:.4} s on and was interpolated there"

@@ -3,7 +3,8 @@
 mod synthetic;
 
 use stillbeam_identify::{
-    ForcedOptions, FreeDecayOptions, IdentifiedModes, IdentifyError, identify_forced, identify_free_decay,
+    ForcedOptions, FreeDecayOptions, IdentifiedModes, IdentifyError, WarningKind, identify_forced,
+    identify_free_decay,
 };
 use stillbeam_recording::Recording;
 use synthetic::{Mode, Noise, Sweep, ring_down, sweep_record};
@@ -120,7 +121,44 @@ fn units_that_do_not_say_what_they_are_need_to_be_told() {
     let time = ForcedOptions::new("time_s", "tip_deflection_m");
     assert!(matches!(identify_forced(&sweep(), &time), Err(IdentifyError::AmbiguousUnit { .. })));
     let same = ForcedOptions::new("base_position_m", "time_s");
-    assert!(matches!(identify_forced(&sweep(), &same), Err(IdentifyError::AmbiguousUnit { .. })));
+    let refusal = identify_forced(&sweep(), &same).unwrap_err();
+    assert!(matches!(refusal, IdentifyError::AmbiguousUnit { .. }));
+    assert!(refusal.to_string().contains("--output-quantity position"), "{refusal}");
+}
+
+#[test]
+fn a_column_cannot_be_both_input_and_output() {
+    let same = ForcedOptions::new("tip_deflection_m", "tip_deflection_m");
+    let refusal = identify_forced(&sweep(), &same).unwrap_err();
+    assert!(matches!(refusal, IdentifyError::SameColumn { .. }), "{refusal}");
+}
+
+#[test]
+fn stamps_in_milliseconds_are_refused_and_doubtful_ones_told() {
+    let scaled = |factor: f64| {
+        let record = sweep();
+        let time_s = record.time_s.iter().map(|t| factor * t).collect();
+        Recording { time_s, ..record }
+    };
+    // Of a 100 Hz recording.
+    let milliseconds = scaled(1000.0);
+    let decay = FreeDecayOptions::new("tip_deflection_m");
+    for refusal in [
+        identify_forced(&milliseconds, &options()).unwrap_err(),
+        identify_free_decay(&milliseconds, &decay).unwrap_err(),
+    ] {
+        assert!(matches!(refusal, IdentifyError::StampsNotSeconds { .. }), "{refusal}");
+        assert!(refusal.to_string().contains("divide"), "{refusal}");
+    }
+    // Of one at 1000 Hz, they could be a slow machine's seconds.
+    let doubtful = |found: IdentifiedModes| {
+        let told =
+            |w: &stillbeam_identify::Warning| matches!(w.kind, WarningKind::StampsMayNotBeSeconds { .. });
+        found.warnings.iter().any(told)
+    };
+    assert!(doubtful(identify_forced(&scaled(100.0), &options()).unwrap()));
+    assert!(!doubtful(identify_forced(&scaled(1.0), &options()).unwrap()));
+    assert!(!doubtful(identify_forced(&scaled(20.0), &options()).unwrap()));
 }
 
 #[test]
@@ -150,6 +188,7 @@ fn short_and_absurd_records_never_panic() {
             let results = [identify_forced(&record, &forced), identify_free_decay(&record, &free)];
             for mode in results.iter().flatten().flat_map(|found| &found.modes) {
                 assert!(mode.frequency_hz.value > 0.0 && mode.damping_ratio.value > 0.0);
+                assert!(mode.frequency_hz.stderr.is_finite() && mode.damping_ratio.stderr.is_finite());
             }
         }
     }

@@ -35,7 +35,7 @@ pub enum PlantError {
     },
     /// A prescribed base motion was asked for and the model is driven by something else.
     #[error(
-        "the model's input is {}, not a motion of the base; set input.column to \"setpoint_m\" or \"base_position_m\"",
+        "the model's input is {}, and what is asked for moves the base: give a recording of that input instead (`--input`), or set input.column to \"setpoint_m\" or \"base_position_m\"",
         found.as_deref().map_or_else(|| "absent".to_owned(), |column| format!("`{column}`"))
     )]
     NotPrescribed {

@@ -73,7 +73,7 @@ pub use model::{
     BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Body, Connection,
     Controller, DriveLimits, FORCE, GROUND, InitialState, Input, InvalidParameter, LumpedInput, LumpedModel,
     LumpedOutput, MAX_BODIES, MAX_MODES, ModalModel, ModalOutput, Model, Physics, Problem, Quantity,
-    SETPOINT, SectionTables, Sensor, SensorKind, Setup, TIP_DEFLECTION, TIP_POSITION,
+    RealPole, SETPOINT, SectionTables, Sensor, SensorKind, Setup, TIP_DEFLECTION, TIP_POSITION,
 };
 pub use model_file::{ModelFileError, SCHEMA};
 pub use modes::Mode;

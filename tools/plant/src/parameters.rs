@@ -10,7 +10,7 @@
 //! A path in `[fixed]` holds for everything below it: `beam.damping_ratio` fixes `beam.damping_ratio.1` and `.2`.
 
 use crate::catalogue;
-use crate::model::{BeamDamping, InvalidParameter, Model, Problem, pair};
+use crate::model::{BeamDamping, InvalidParameter, Model, Problem, lies_below, pair};
 use crate::profile::Profile;
 
 /// One number of a model.
@@ -85,11 +85,7 @@ impl Model {
 
     /// Whether `[fixed]` holds this path, or one that it lies below.
     pub fn is_fixed(&self, path: &str) -> bool {
-        self.fixed().iter().any(|(fixed, is)| {
-            *is && path
-                .strip_prefix(fixed.as_str())
-                .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-        })
+        self.fixed().iter().any(|(fixed, is)| *is && lies_below(path, fixed))
     }
 
     fn visit(&mut self, visit: Visit<'_>) {
@@ -149,6 +145,19 @@ impl Model {
                     visit(path("damping_ratio"), String::new(), ratio, &mut mode.damping_ratio);
                     for (output, value) in (1..).zip(&mut mode.participation) {
                         visit(path(&format!("participation.{output}")), String::new(), any, value);
+                    }
+                }
+                if let Some(real) = &mut model.real_pole {
+                    let path = |name: &str| format!("real_pole.{name}");
+                    visit(path("time_constant_s"), "s".to_owned(), positive, &mut real.time_constant_s);
+                    for (output, value) in (1..).zip(&mut real.participation) {
+                        visit(path(&format!("participation.{output}")), String::new(), any, value);
+                    }
+                    for (number, rates) in (1..).zip(&mut real.rate_participation) {
+                        for (output, value) in (1..).zip(rates) {
+                            let path = format!("mode.{number}.rate_participation.{output}");
+                            visit(path, "s".to_owned(), any, value);
+                        }
                     }
                 }
             }

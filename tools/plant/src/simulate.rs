@@ -193,7 +193,9 @@ fn run_machine(
 /// do not increase or are fewer than a recording needs; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
 pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Result<Recording, PlantError> {
     let space = StateSpace::held(model)?;
-    let state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();
+    let mut state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();
+    // A base that slides freely starts at rest.
+    state.extend(matches!(model, Model::Modal(model) if model.real_pole.is_some()).then_some(0.0));
     if state.len() != space.system.value.len() {
         let (modes, found) = (space.system.value.len() / 2, initial.len());
         return Err(PlantError::InitialStates { modes, found });

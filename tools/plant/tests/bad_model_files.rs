@@ -187,6 +187,14 @@ fn bad_values_are_refused_with_line_key_and_problem() {
         ),
         (
             MODAL,
+            "\"mode.2.frequency_hz\"",
+            "\"mode.2.participation.2\"",
+            17,
+            "fixed.mode.2.participation.2",
+            is!(Problem::FixedPath { .. }),
+        ),
+        (
+            MODAL,
             "column = \"base_position_m\"",
             "column = \"base_position_m\"\ngain = 0.5",
             13,

@@ -42,6 +42,33 @@ fn a_modal_file_gives_every_number_it_holds() {
     assert_eq!(model.outputs[0].quantity, Quantity::Position);
 }
 
+/// What a refit reports can be pasted into `[fixed]`.
+#[test]
+fn every_number_of_a_model_can_be_fixed_by_its_own_path() {
+    let model = support::modal(
+        vec![support::mode(1.1, 0.0074, 1.5), support::mode(6.9, 0.003, -0.8)],
+        "force_N",
+        "tip_deflection_m",
+        Quantity::Position,
+    );
+    let paths: Vec<String> =
+        Model::Modal(model.clone()).parameters().into_iter().map(|parameter| parameter.path).collect();
+    assert!(paths.contains(&"mode.2.participation.1".to_owned()));
+    for path in paths {
+        let mut model = model.clone();
+        model.fixed.insert(path.clone(), true);
+        let model = Model::Modal(model);
+        model.check().unwrap();
+        let fixed: Vec<String> = model
+            .parameters()
+            .into_iter()
+            .filter(|parameter| parameter.fixed)
+            .map(|parameter| parameter.path)
+            .collect();
+        assert_eq!(fixed, [path]);
+    }
+}
+
 #[test]
 fn a_modal_model_survives_being_written_and_read() {
     let mut model = support::modal(

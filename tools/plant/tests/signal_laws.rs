@@ -257,6 +257,21 @@ fn sensors_have_a_rate_a_delay_noise_and_counts() {
     assert!(counts.iter().zip(clean).all(|(count, y)| (count - y).abs() <= 0.5e-3 + 1e-12));
 }
 
+#[test]
+fn two_sensors_with_one_seed_have_noise_of_their_own() {
+    let mut model = two_outputs(vec![]);
+    let time_s = ticks(4000, 1000.0);
+    let of = |column: &str| Sensor { noise_rms: 1e-3, seed: 4, ..Sensor::ideal(column) };
+    model.setup_mut().sensors = vec![of("seen_m"), of("true_m")];
+    let still = Recording::new("r", time_s.clone()).with_column("force_N", vec![0.0; time_s.len()]);
+    let noisy = SimulateOptions { sensor_noise: true, ..SimulateOptions::default() };
+    let read = simulate_with(&model, &still, &noisy).unwrap();
+    let [a, b] = ["seen_m", "true_m"].map(|column| read.column(column).unwrap());
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let correlation = product(a, b) / (product(a, a) * product(b, b)).sqrt();
+    assert!(correlation.abs() < 0.06, "{correlation}");
+}
+
 /// A mass under the cascade controller, stepped by hand: constant force over each period, exactly.
 #[test]
 fn a_closed_loop_is_what_the_controller_makes_of_it() {

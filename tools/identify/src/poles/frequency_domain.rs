@@ -43,6 +43,21 @@ impl Moments {
 
     /// Poles of one order, stable and unstable, by frequency.
     pub(super) fn poles(&self, order: usize) -> Vec<ContinuousPole> {
+        let found = self.roots(order).into_iter();
+        let mut poles: Vec<ContinuousPole> =
+            found.filter_map(|root| ContinuousPole::of_z(root, self.interval_s)).collect();
+        poles.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        poles
+    }
+
+    /// Rates of the stable poles of one order that do not oscillate, 1/s.
+    pub(super) fn real_rates_per_s(&self, order: usize) -> Vec<f64> {
+        let found = self.roots(order).into_iter();
+        found.filter_map(|root| ContinuousPole::real_rate_of_z(root, self.interval_s)).collect()
+    }
+
+    /// Poles z of one order.
+    fn roots(&self, order: usize) -> Vec<Complex64> {
         if order == 0 || order > self.max_order {
             return Vec::new();
         }
@@ -63,10 +78,7 @@ impl Moments {
         let Some(denominator) = solve_symmetric(square, right) else { return Vec::new() };
         // The polynomial's variable is 1 / z.
         let found = roots(denominator.as_slice()).into_iter().filter(|root| root.norm() > 0.0);
-        let mut poles: Vec<ContinuousPole> =
-            found.filter_map(|root| ContinuousPole::of_z(root.inv(), self.interval_s)).collect();
-        poles.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        poles
+        found.map(|root| root.inv()).collect()
     }
 }
 

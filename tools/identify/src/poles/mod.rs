@@ -112,6 +112,12 @@ impl ContinuousPole {
             .then(|| Self { frequency_hz: size / TAU, damping_ratio: -s.re / size })
     }
 
+    /// The rate of a pole z of a sequence with this interval (s) that falls without oscillating, 1/s.
+    pub(crate) fn real_rate_of_z(z: Complex64, interval_s: f64) -> Option<f64> {
+        let real = z.im == 0.0 && (0.0..1.0).contains(&z.re) && z.re > 0.0;
+        real.then(|| -z.re.ln() / interval_s).filter(|rate| rate.is_finite() && *rate > 0.0)
+    }
+
     /// From a pole z of a sequence with this interval, s.
     pub fn of_z(z: Complex64, interval_s: f64) -> Option<Self> {
         (z.norm() > 0.0).then(|| z.ln() / interval_s).and_then(Self::of_s)

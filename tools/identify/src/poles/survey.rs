@@ -39,7 +39,13 @@ pub struct Survey {
     pub charts: Vec<StabilisationChart>,
     /// Modes by every method: the picks of the charts, and those of the methods without one.
     pub modes: Vec<MethodMode>,
+    /// Rates of the real poles that the least-squares complex frequency method sees, 1/s: poles that do not oscillate, most of
+    /// them of no meaning. Starts for the fit of a free base with friction; none of a free decay.
+    pub real_poles_per_s: Vec<f64>,
 }
+
+/// Orders at which real poles are looked at.
+const REAL_POLE_ORDERS: [usize; 3] = [6, 10, 16];
 
 /// Runs the frequency-domain methods on a forced record; the band is the excited one unless given, Hz.
 pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Survey {
@@ -71,7 +77,10 @@ pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Surve
         polynomial,
         rational,
     ];
-    Survey { frf: frf.into_iter().flatten().collect(), charts, modes }
+    let frf: Vec<FrfEstimate> = frf.into_iter().flatten().collect();
+    let moments = Moments::new(std::slice::from_ref(&whole), REAL_POLE_ORDERS[2]);
+    let real = |moments: &Moments| REAL_POLE_ORDERS.map(|order| moments.real_rates_per_s(order)).concat();
+    Survey { frf, charts, modes, real_poles_per_s: moments.as_ref().map(real).unwrap_or_default() }
 }
 
 /// Bands, from half the sampling rate down, that a decay of unknown modes is surveyed in, and their width as a ratio.
@@ -153,7 +162,7 @@ fn survey_decay_within(decay: &[f64], interval_s: f64, band_hz: [f64; 2]) -> Sur
         ));
     }
     let modes = charts.iter().flat_map(picked).collect();
-    Survey { frf: Vec::new(), charts, modes }
+    Survey { charts, modes, ..Survey::default() }
 }
 
 /// The same on a column of a recording, from the first to the last time given (s); uneven stamps are

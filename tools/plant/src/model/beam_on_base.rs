@@ -177,7 +177,7 @@ impl BeamOnBase {
         )?;
         let columns: Vec<String> = self.outputs.iter().map(|signal| signal.column().to_owned()).collect();
         self.setup.check(self.input.as_ref(), &columns)?;
-        check_fixed(&self.fixed, self.parameter_paths())
+        Ok(())
     }
 }
 
@@ -281,15 +281,4 @@ pub(crate) fn check_input(input: &Input, allowed: &[&str]) -> Result<(), Invalid
         return Err(InvalidParameter::new("input.gain", Problem::GainOnMotion { gain }));
     }
     Ok(())
-}
-
-/// Checks that `[fixed]` names parameters that exist.
-pub(crate) fn check_fixed(
-    fixed: &BTreeMap<String, bool>,
-    allowed: Vec<String>,
-) -> Result<(), InvalidParameter> {
-    match fixed.keys().find(|path| !allowed.contains(path)) {
-        None => Ok(()),
-        Some(path) => Err(InvalidParameter::new(format!("fixed.{path}"), Problem::FixedPath { allowed })),
-    }
 }

@@ -151,6 +151,21 @@ pub enum Problem {
         /// Participations given.
         found: usize,
     },
+    /// A real pole where nothing slides freely under a force.
+    #[error(
+        "a real pole belongs to a base that a force pushes: the input must be a force and every output a position or a velocity"
+    )]
+    RealPolePlace,
+    /// Rates of some modes only.
+    #[error(
+        "rates of {found} modes for {modes} modes; give every [[mode]] its rate_participation, 0 for none"
+    )]
+    RatesPerMode {
+        /// Modes of the model.
+        modes: usize,
+        /// Modes with a rate.
+        found: usize,
+    },
     /// The acceleration of a base known by sampled positions is not a function of time.
     #[error(
         "the acceleration of a mode is a train of impulses when the base's motion is given by sampled positions; use quantity = \"position\" or \"velocity\""

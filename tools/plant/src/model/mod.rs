@@ -15,7 +15,7 @@ pub(crate) use invalid::positive;
 pub use invalid::{InvalidParameter, Problem};
 pub(crate) use lumped::pair;
 pub use lumped::{Body, Connection, GROUND, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES};
-pub use modal::{ModalModel, ModalOutput, Quantity};
+pub use modal::{ModalModel, ModalOutput, Quantity, RealPole};
 pub use setup::{Controller, DriveLimits, InitialState, Physics, Sensor, SensorKind, Setup};
 
 /// What drives the model: the recording's column of this name.
@@ -83,7 +83,29 @@ impl Model {
             Self::Modal(model) => model.check(),
             Self::Lumped(model) => model.check(),
         }?;
+        self.check_fixed()?;
         crate::catalogue::check(self)
+    }
+
+    /// Checks that `[fixed]` names numbers of the model, or what several of them lie below.
+    fn check_fixed(&self) -> Result<(), InvalidParameter> {
+        let numbers = self.parameters();
+        let is_one = |path: &String| numbers.iter().any(|number| lies_below(&number.path, path));
+        match self.fixed().keys().find(|path| !is_one(path)) {
+            None => Ok(()),
+            Some(path) => {
+                let allowed = self.parameter_paths();
+                Err(InvalidParameter::new(format!("fixed.{path}"), Problem::FixedPath { allowed }))
+            }
+        }
+    }
+
+    fn parameter_paths(&self) -> Vec<String> {
+        match self {
+            Self::BeamOnBase(model) => model.parameter_paths(),
+            Self::Modal(model) => model.parameter_paths(),
+            Self::Lumped(model) => model.parameter_paths(),
+        }
     }
 
     /// Whether the input is a motion, in straight lines between its samples, rather than a force.
@@ -135,4 +157,9 @@ impl Model {
 /// The unit that ends a column's name.
 pub(crate) fn unit_of(column: &str) -> String {
     stillbeam_recording::Column { name: column.to_owned(), samples: Vec::new() }.unit().to_owned()
+}
+
+/// Whether a number's path is this one, or lies below it.
+pub(crate) fn lies_below(number: &str, path: &str) -> bool {
+    number.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

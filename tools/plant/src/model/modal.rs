@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::beam_on_base::{check_fixed, check_input};
+use super::beam_on_base::check_input;
 use super::invalid::{InvalidParameter, Problem, distinct_columns, finite, positive, underdamped};
 use super::{Input, Setup};
 use crate::drive::ServoDrive;
@@ -29,6 +29,20 @@ pub struct ModalOutput {
     pub quantity: Quantity,
 }
 
+/// A velocity that is forgotten, beside the modes: what a force does to a base that slides against viscous friction.
+///
+/// `p' + p / time constant = s(t)`; a position output has the participation times `p`, a velocity output times `p'`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RealPole {
+    /// Time by which it falls by e, s, above 0.
+    pub time_constant_s: f64,
+    /// One per output.
+    pub participation: Vec<f64>,
+    /// What the outputs have of the *rates* of the modes' coordinates, for every mode one per output: the friction that makes
+    /// the real pole also keeps the modes from moving in phase.
+    pub rate_participation: Vec<Vec<f64>>,
+}
+
 /// Independent modes `q_r'' + 2 zeta_r omega_r q_r' + omega_r² q_r = s(t)`: `kind = "modal"`.
 ///
 /// `s` is the input times its gain when the input is a force, and minus the base's acceleration when it is a
@@ -37,6 +51,8 @@ pub struct ModalOutput {
 pub struct ModalModel {
     /// The modes, at least one, each with one participation per output.
     pub modes: Vec<Mode>,
+    /// A real pole beside them; only where the input is a force, and no output an acceleration.
+    pub real_pole: Option<RealPole>,
     /// Servo between setpoint and base; `None` is ideal. Only the input `setpoint_m` passes through it.
     pub drive: Option<ServoDrive>,
     /// `base_position_m`, `setpoint_m`, or any other column, which then is a force; `None` is a free decay.
@@ -57,6 +73,10 @@ impl ModalModel {
             for parameter in ["frequency_hz", "damping_ratio", "participation"] {
                 paths.push(format!("mode.{number}.{parameter}"));
             }
+        }
+        if self.real_pole.is_some() {
+            paths.extend(["time_constant_s", "participation"].map(|name| format!("real_pole.{name}")));
+            paths.extend((1..=self.modes.len()).map(|number| format!("mode.{number}.rate_participation")));
         }
         if self.drive.is_some() {
             paths.extend(ServoDrive::PARAMETER_PATHS.map(str::to_owned));
@@ -91,6 +111,7 @@ impl ModalModel {
             }
             mode.participation.iter().try_for_each(|&value| finite(key("participation"), value))?;
         }
+        self.check_real_pole()?;
         if let Some(drive) = &self.drive {
             drive.check()?;
         }
@@ -108,7 +129,31 @@ impl ModalModel {
         )?;
         let columns: Vec<String> = self.outputs.iter().map(|output| output.column.clone()).collect();
         self.setup.check(self.input.as_ref(), &columns)?;
-        check_fixed(&self.fixed, self.parameter_paths())
+        Ok(())
+    }
+
+    fn check_real_pole(&self) -> Result<(), InvalidParameter> {
+        let Some(real) = &self.real_pole else { return Ok(()) };
+        let force = self.input.as_ref().is_none_or(|input| !input.is_motion());
+        if !force || self.outputs.iter().any(|output| output.quantity == Quantity::Acceleration) {
+            return Err(InvalidParameter::new("real_pole", Problem::RealPolePlace));
+        }
+        positive("real_pole.time_constant_s".to_owned(), real.time_constant_s)?;
+        let lists = std::iter::once(("real_pole.participation".to_owned(), &real.participation));
+        let rates = (1..).zip(&real.rate_participation);
+        let rates = rates.map(|(number, list)| (format!("mode.{number}.rate_participation"), list));
+        for (key, list) in lists.chain(rates) {
+            let (outputs, found) = (self.outputs.len(), list.len());
+            if found != outputs {
+                return Err(InvalidParameter::new(key, Problem::ParticipationCount { outputs, found }));
+            }
+            list.iter().try_for_each(|&value| finite(key.clone(), value))?;
+        }
+        let (modes, found) = (self.modes.len(), real.rate_participation.len());
+        match found == modes {
+            true => Ok(()),
+            false => Err(InvalidParameter::new("real_pole", Problem::RatesPerMode { modes, found })),
+        }
     }
 
     fn check_quantities(&self, input: &Input) -> Result<(), InvalidParameter> {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::SCHEMA;
 use super::setup::{ControllerTable, InitialTable, PhysicsTable, SensorTable, SetupTables};
 use super::signals::{DriveTable, InputTable, QuantityName};
-use crate::model::{InvalidParameter, ModalModel, ModalOutput};
+use crate::model::{InvalidParameter, ModalModel, ModalOutput, Problem, RealPole};
 use crate::modes::Mode;
 
 #[derive(Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub(super) struct File {
     kind: String,
     #[serde(default)]
     mode: Vec<ModeTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    real_pole: Option<RealPoleTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drive: Option<DriveTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,6 +43,15 @@ struct ModeTable {
     frequency_hz: f64,
     damping_ratio: f64,
     participation: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    rate_participation: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RealPoleTable {
+    time_constant_s: f64,
+    participation: Vec<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -52,8 +63,6 @@ struct OutputTable {
 }
 
 impl File {
-    // The other kind can fail here; both are used alike.
-    #[allow(clippy::unnecessary_wraps)]
     pub(super) fn into_model(self) -> Result<ModalModel, InvalidParameter> {
         let setup = SetupTables {
             controller: self.controller,
@@ -61,7 +70,19 @@ impl File {
             sensor: self.sensor,
             physics: self.physics,
         };
+        let rates: Vec<Vec<f64>> = self.mode.iter().map(|mode| mode.rate_participation.clone()).collect();
+        if self.real_pole.is_none() && rates.iter().any(|rate| !rate.is_empty()) {
+            return Err(InvalidParameter::new("real_pole", Problem::Missing));
+        }
+        // A mode that says nothing of its rate has none.
+        let rate = |rate: Vec<f64>| if rate.is_empty() { vec![0.0; self.output.len()] } else { rate };
+        let rate_participation = rates.into_iter().map(rate).collect();
         Ok(ModalModel {
+            real_pole: self.real_pole.map(|real| RealPole {
+                time_constant_s: real.time_constant_s,
+                participation: real.participation,
+                rate_participation,
+            }),
             modes: self
                 .mode
                 .into_iter()
@@ -85,18 +106,27 @@ impl File {
 
     pub(super) fn from_model(model: &ModalModel) -> Self {
         let setup = SetupTables::from_setup(&model.setup);
+        let rates =
+            model.real_pole.as_ref().map(|real| real.rate_participation.as_slice()).unwrap_or_default();
+        let rate_of = |mode: usize| rates.get(mode).cloned().unwrap_or_default();
         Self {
             schema: SCHEMA,
             kind: "modal".to_owned(),
             mode: model
                 .modes
                 .iter()
-                .map(|mode| ModeTable {
+                .enumerate()
+                .map(|(index, mode)| ModeTable {
                     frequency_hz: mode.frequency_hz,
                     damping_ratio: mode.damping_ratio,
                     participation: mode.participation.clone(),
+                    rate_participation: rate_of(index),
                 })
                 .collect(),
+            real_pole: model.real_pole.as_ref().map(|real| RealPoleTable {
+                time_constant_s: real.time_constant_s,
+                participation: real.participation.clone(),
+            }),
             drive: DriveTable::from_parts(model.drive.as_ref(), &model.setup.drive_limits),
             input: model.input.as_ref().map(Into::into),
             output: model

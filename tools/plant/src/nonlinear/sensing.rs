@@ -98,7 +98,7 @@ impl Sensing {
             return channel.read_out(readings);
         };
         if noise && sensor.noise_rms > 0.0 {
-            let mut random = Xoshiro256PlusPlus::seed_from_u64(sensor.seed);
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed_of(sensor));
             // Not negative and finite: the model was checked.
             if let Ok(normal) = Normal::new(0.0, sensor.noise_rms) {
                 readings.iter_mut().for_each(|reading| *reading += normal.sample(&mut random));
@@ -115,6 +115,12 @@ impl Sensing {
         }
         readings
     }
+}
+
+/// Every sensor draws its own noise, also where two share a seed: the seed with the column's name mixed in (FNV-1a).
+fn seed_of(sensor: &Sensor) -> u64 {
+    let start = sensor.seed ^ 0xcbf2_9ce4_8422_2325;
+    sensor.column.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// Empties every cell but the first at or after each frame.

@@ -317,6 +317,11 @@ impl StateSpace {
             rows.row_mut(index).copy_from_slice(&row.state);
             values[index] = value - row.value * u;
         }
+        // A state behind those of the coordinates, a real pole's, stays at rest.
+        for index in (2 * coordinates.len()).min(order)..order {
+            rows[(index, index)] = 1.0;
+            values[index] = rest[index];
+        }
         let solved = rows.lu().solve(&values).ok_or(PlantError::Degenerate)?;
         Ok(solved.iter().copied().collect())
     }

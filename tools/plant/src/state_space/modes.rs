@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use super::{BaseMotion, InjectionPoint, Output, Row, StateSpace, drive_for};
 use crate::linear::LinearSystem;
-use crate::model::{ModalModel, Quantity};
+use crate::model::{ModalModel, Quantity, RealPole};
 use crate::modes::Mode;
 
 /// The modes as their input drives them.
@@ -28,10 +28,10 @@ pub(super) fn of_modes(model: &ModalModel, extra: &[Mode]) -> StateSpace {
     }
 }
 
-/// Modes driven by a force: state `q_1, q_1', q_2, q_2', ...`.
+/// Modes driven by a force: state `q_1, q_1', q_2, q_2', ...`, and last a real pole's where there is one.
 pub(super) fn of_forced_modes(model: &ModalModel, extra: &[Mode], gain: f64) -> StateSpace {
     let modes = all(model, extra);
-    let size = 2 * modes.len();
+    let size = 2 * modes.len() + usize::from(model.real_pole.is_some());
     let mut a = DMatrix::zeros(size, size);
     let mut value = vec![0.0; size];
     let mut points = Vec::new();
@@ -58,8 +58,20 @@ pub(super) fn of_forced_modes(model: &ModalModel, extra: &[Mode], gain: f64) -> 
             is_coordinate: true,
         });
     }
+    if let Some(real) = &model.real_pole {
+        a[(size - 1, size - 1)] = -1.0 / real.time_constant_s;
+        value[size - 1] = gain;
+    }
     let system = LinearSystem { a, slope: vec![0.0; size], value };
     let outputs = (0..).zip(&model.outputs).map(|(number, output)| {
+        if let Some(real) = &model.real_pole {
+            let position = beside(real, &modes, number, size);
+            return match output.quantity {
+                Quantity::Position => Output::new(&output.column, position),
+                // The rate of a row is to it what an acceleration is to a velocity.
+                _ => Output::acceleration(&output.column, &position.state, &system, &points),
+            };
+        }
         let offset = if output.quantity == Quantity::Position { 0 } else { 1 };
         let mut row = Row::zero(size);
         for (index, mode) in modes.iter().enumerate() {
@@ -72,6 +84,19 @@ pub(super) fn of_forced_modes(model: &ModalModel, extra: &[Mode], gain: f64) -> 
     });
     let outputs = outputs.collect();
     StateSpace::assemble(system, vec![0.0; size], outputs, points)
+}
+
+/// A position output of modes beside a real pole.
+fn beside(real: &RealPole, modes: &[Mode], output: usize, size: usize) -> Row {
+    let of = |list: &[f64]| list.get(output).copied().unwrap_or(0.0);
+    let mut row = Row::zero(size);
+    for (index, mode) in modes.iter().enumerate() {
+        row.state[2 * index] = participation(mode, output);
+        // A further mode, of the left-out physics, has no rate.
+        row.state[2 * index + 1] = real.rate_participation.get(index).map_or(0.0, |rate| of(rate));
+    }
+    row.state[size - 1] = of(&real.participation);
+    row
 }
 
 fn all(model: &ModalModel, extra: &[Mode]) -> Vec<Mode> {

@@ -55,6 +55,7 @@ pub fn mode(frequency_hz: f64, damping_ratio: f64, participation: f64) -> Mode {
 pub fn modal(modes: Vec<Mode>, input: &str, output: &str, quantity: Quantity) -> ModalModel {
     ModalModel {
         modes,
+        real_pole: None,
         drive: None,
         input: Some(Input::new(input)),
         outputs: vec![ModalOutput { column: output.to_owned(), quantity }],

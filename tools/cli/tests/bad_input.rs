@@ -64,6 +64,10 @@ fn columns_that_are_not_there_are_listed() {
     refused(&["identify", file, "--output", "c_m"], &["two.csv", "c_m", "a_m"]);
     refused(&["identify", file, "--input", "c_m"], &["two.csv", "c_m", "b_m"]);
     refused(&["identify", file, "--output", "a_m", "--modes", "0"], &["modes", "1 to 12"]);
+    refused(
+        &["identify", file, "--input", "a_m", "--output", "a_m"],
+        &["two.csv", "a_m", "both", "--output"],
+    );
 }
 
 #[test]
@@ -72,8 +76,8 @@ fn modes_that_cannot_be_shaped_are_refused() {
         (&["shape"][..], &["no mode"][..]),
         (&["shape", "--mode", "1.1"], &["1.1", "F_HZ,ZETA"]),
         (&["shape", "--mode", "fast,0.1"], &["frequency", "fast"]),
-        (&["shape", "--mode", "0,0.1"], &["frequency 0.0 Hz"]),
-        (&["shape", "--mode", "-2,0.1"], &["frequency -2.0 Hz"]),
+        (&["shape", "--mode", "0,0.1"], &["frequency 0 Hz"]),
+        (&["shape", "--mode", "-2,0.1"], &["frequency -2 Hz"]),
         (&["shape", "--mode", "1.1,1"], &["damping ratio 1"]),
         (&["shape", "--mode", "1.1,0.1,zvx"], &["zvx", "use zv, zvd, zvdd, zvddd, ei, ei2, ei3 or mzv"]),
         (

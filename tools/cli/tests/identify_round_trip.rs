@@ -66,6 +66,67 @@ fn recordings_together_give_one_model_that_simulates_them_again() {
     assert!(share < 0.01, "{share}");
 }
 
+#[test]
+fn the_real_pole_of_a_base_with_friction_travels_with_the_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let beam = std::fs::read_to_string(paper_beam()).unwrap();
+    let pushed = beam
+        .replace("viscous_N_s_m = 0.0", "viscous_N_s_m = 4.0")
+        .replace("column = \"setpoint_m\"", "column = \"force_N\"");
+    std::fs::write(path("truth.toml"), pushed).unwrap();
+    let first = recording_of(&path("truth.toml"), folder.path(), ("pushed", "force_N"), 40.0, 0.1);
+    let (modes, model) = (path("m.json"), path("m.toml"));
+    let columns = ["--input", "force_N", "--output", "tip_deflection_m"];
+    let mut arguments = vec!["identify", &first, "--json", &modes, "--model-out", &model];
+    arguments.extend(columns);
+    let told = accepted(&arguments);
+    assert!(told.contains("real pole, time constant 0.6"), "{told}");
+    let found: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&modes).unwrap()).unwrap();
+    assert_eq!(found["modes"].as_array().unwrap().len(), 2, "{}", found["modes"]);
+    accepted(&["simulate", &model, "--input", &first, "--out", &path("again.csv")]);
+    let share = apart(&first, &path("again.csv"));
+    assert!(share < 1e-3, "{share}");
+    // Without it the model would be off by some percent.
+    let text = std::fs::read_to_string(&model).unwrap();
+    let without: Vec<&str> = text
+        .lines()
+        .filter(|line| !line.starts_with("rate_participation") && !line.starts_with("time_constant_s"))
+        .collect();
+    let (before, after) = without.split_at(without.iter().position(|line| *line == "[real_pole]").unwrap());
+    std::fs::write(path("phased.toml"), [before, &after[2..]].concat().join("\n")).unwrap();
+    accepted(&["simulate", &path("phased.toml"), "--input", &first, "--out", &path("phased.csv")]);
+    let share = apart(&first, &path("phased.csv"));
+    assert!(share > 0.02, "{share}");
+    // The diagnosis takes it as it is, and where it starts from rest leaves the noise alone.
+    std::fs::write(path("noisy.csv"), noisy(&first, 1e-7)).unwrap();
+    accepted(&["diagnose", &model, &path("noisy.csv"), "--json", &path("d.json")]);
+    let judged: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(path("d.json")).unwrap()).unwrap();
+    let left = judged["fit"]["recordings"][0]["given"]["rms"].as_f64().unwrap();
+    assert!((left / 1e-7 - 1.0).abs() < 0.05, "{left}");
+}
+
+/// A file with noise of this rms on its tip: sums of twelve even numbers from a small generator.
+fn noisy(file: &str, rms: f64) -> String {
+    let text = std::fs::read_to_string(file).unwrap();
+    let mut lines = text.lines();
+    let header = lines.next().unwrap();
+    let at = header.split(',').position(|name| name == "tip_deflection_m").unwrap();
+    let mut state = 1_u64;
+    let mut even = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    };
+    let rows = lines.map(|line| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        let noise: f64 = (0..12).map(|_| even()).sum();
+        cells[at] = (cells[at].parse::<f64>().unwrap() + rms * noise).to_string();
+        cells.join(",")
+    });
+    std::iter::once(header.to_owned()).chain(rows).collect::<Vec<_>>().join("\n")
+}
+
 /// The rms of the difference of two files' tips over the rms of the first.
 fn apart(first: &str, second: &str) -> f64 {
     let tip = |file: &str| {

@@ -32,6 +32,27 @@ fn nothing_is_written_over_what_is_read_or_over_another_output() {
 }
 
 #[test]
+fn an_output_that_cannot_be_written_is_refused_before_any_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (absent, there) = (path("absent/found.json"), path("there.json"));
+    // No recording of that name is there either: that would be found later.
+    refused(&["diagnose", &paper_beam(), "absent.csv", "--json", &absent], &["cannot be written", &absent]);
+    refused(&["shape", "--mode", "1.1,0", "--json", &path("")], &["cannot be written"]);
+    refused(&["diagnose", &paper_beam(), "absent.csv", "--json", &there], &["absent.csv"]);
+    assert!(!std::path::Path::new(&there).exists(), "the trial left a file behind");
+}
+
+#[test]
+fn a_recording_cannot_be_trained_on_and_held_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("move.csv").to_str().unwrap().to_owned();
+    accepted(&["record", "--port", "core", "--out", &file, "move", "5"]);
+    let detour = format!("{}/./move.csv", folder.path().to_str().unwrap());
+    refused(&["diagnose", &paper_beam(), &file, "--held-out", &detour], &["both trained on and held out"]);
+}
+
+#[test]
 fn a_recorded_move_has_command_and_setpoint_to_the_nanometre() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("move.csv");

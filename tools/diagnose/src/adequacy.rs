@@ -9,7 +9,9 @@
 //! Whiteness itself is reported and decides nothing: the noise of a sensor may be coloured.
 
 use stillbeam_identify::tall::{Orthonormal, dot};
+use stillbeam_recording::Role;
 
+use crate::options::Options;
 use crate::statistics::autoregression::Autoregression;
 use crate::statistics::distributions::{chi_squared_tail, two_sided_normal};
 
@@ -76,6 +78,18 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
             .map_or(1.0, |input| cross_correlation(&white, &whitened(input), series)),
         whiteness_p: whiteness(series.residual),
     }
+}
+
+/// Whether nothing but noise is left on any recording; the probability of a false alarm is shared between tests.
+pub(crate) fn is_adequate(tests: &[(Role, Adequacy)], options: &Options) -> bool {
+    let significance = options.significance / tests.len().max(1) as f64;
+    tests.iter().all(|(_, test)| test.holds(significance))
+}
+
+/// Whether more than noise is left on any recording, by its power.
+pub(crate) fn is_loud(tests: &[(Role, Adequacy)], options: &Options) -> bool {
+    let significance = options.significance / tests.len().max(1) as f64;
+    !tests.iter().all(|(_, test)| test.power_holds(significance))
 }
 
 /// Number of samples of one window: two seconds or four periods of the slowest mode, at most a tenth of the series.

@@ -1,11 +1,11 @@
 //! From a model and recordings to a verdict: the pipeline, readable from top to bottom.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::Adequacy;
+use crate::adequacy::{Adequacy, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
@@ -17,6 +17,7 @@ use crate::naming::selection::{Search, Selection};
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::next_experiment::{other_amplitude, separating_run};
 use crate::options::Options;
+use crate::patience::Patience;
 use crate::quality::{fits, role_of};
 use crate::result::{
     Confusability, Diagnosis, Effect, Fits, Overlay, ParameterChange, RecordRole, ResidualTests,
@@ -52,6 +53,7 @@ pub fn diagnose(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
+    let patience = Patience::new(options);
     let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
     say("reading the recordings", 0.0);
     let mut study = Study::new(model, recordings, held_out)?;
@@ -59,7 +61,8 @@ pub fn diagnose(
     let given = Hypothesis { model: model.clone() };
     let mut compared = compare(&mut study, &given)?;
     say("trying the catalogue of physics", 0.2);
-    let candidates = candidates(&study, &compared, options);
+    let is_exact = study.is_exact(&compared.refitted_on_all);
+    let candidates = if is_exact { Vec::new() } else { candidates(&study, &compared, options) };
     let mut search = Search {
         given_laws: model.setup().physics.len(),
         given: model,
@@ -67,11 +70,13 @@ pub fn diagnose(
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
-        deadline: options
-            .time_limit_s
-            .and_then(|limit_s| Duration::try_from_secs_f64(limit_s).ok())
-            .and_then(|limit| started.checked_add(limit)),
+        patience,
         rounds: std::sync::Mutex::default(),
+        held_out_starts: if model.input().is_none() {
+            compared.refitted_on_all.held_out.iter().map(|fit| fit.initial.clone()).collect()
+        } else {
+            Vec::new()
+        },
         study: &mut study,
     };
     let held_out = compared.refitted_on_all.held_out.clone();
@@ -83,37 +88,43 @@ pub fn diagnose(
     }
     let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.3 * done));
     let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
-    let refit_adequate = is_adequate(&tests, options);
+    let refit_adequate = is_exact || is_adequate(&tests, options);
     say("testing what is left", 0.95);
     let extended = (!selection.chosen.laws.is_empty()).then(|| selection.chosen.on_all());
     let final_on_all = extended.as_ref().unwrap_or(&compared.refitted_on_all);
     let floors = if extended.is_some() { study.floors(final_on_all) } else { compared.floors.clone() };
     let final_tests = study.adequacies(final_on_all, &floors);
-    say("locating the mismatch", 0.97);
-    let missing = !(refit_adequate && selection.chosen.laws.is_empty());
-    let located = missing
-        .then(|| locate(&study, model, &compared.refitted.hypothesis, &compared.refitted_on_all, &floors));
-    let tied: Vec<&Fitted> =
-        std::iter::once(&selection.chosen).chain(&selection.rivals).map(|member| &member.fitted).collect();
-    let next = if tied.len() > 1 {
-        say("looking for a run that would tell the candidates apart", 0.98);
-        separating_run(&study, &tied, options.most_amplitude)
-    } else {
-        let wanted = missing && study.one_amplitude;
-        wanted.then(|| other_amplitude(&study, model, options.most_amplitude)).flatten()
-    };
     let columns = model.output_columns();
     let samples = study.stack(Role::Train).present() as f64;
     let before = compared.refitted.sum_of_squares;
     let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
     let rest_is_noise = is_adequate(&final_tests, options);
-    let verdict = verdict(&selection, refit_adequate, rest_is_noise, explained_share);
-    study.caps.extend(time_cap(&selection, options));
+    let verdict =
+        verdict(&selection, refit_adequate, rest_is_noise, is_loud(&final_tests, options), explained_share);
     // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);
+    say("locating the mismatch", 0.97);
+    let missing = !(refit_adequate && selection.chosen.laws.is_empty());
+    let located = missing.then(|| {
+        let found = extended.as_ref().map(|on_all| (&selection.chosen.fitted.hypothesis, on_all));
+        let refitted = &compared.refitted;
+        locate(&study, model, &refitted.hypothesis, &compared.refitted_on_all, &floors, found)
+    });
+    let tied: Vec<&Fitted> =
+        std::iter::once(&selection.chosen).chain(&selection.rivals).map(|member| &member.fitted).collect();
+    let next = if tied.len() > 1 {
+        say("looking for a run that would tell the candidates apart", 0.98);
+        separating_run(&study, &tied, options)
+    } else {
+        let wanted = missing && study.one_amplitude;
+        wanted.then(|| other_amplitude(&study, model, options)).flatten()
+    };
+    study.caps.extend(time_cap(&selection, options));
     let effects = if explains { effects(&selection, &candidates, samples) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
+    // A refit without what is missing bends the model's own parameters to make up for it.
+    let corrected = if extended.is_some() { &selection.chosen.fitted } else { &compared.refitted };
     let fit = fits(&study, &columns, models, extended.as_ref(), &floors);
     let promising: Vec<&Screened> =
         selection.screened.iter().filter(|screened| screened.t.abs() > options.training_gate).collect();
@@ -129,7 +140,7 @@ pub fn diagnose(
             cosine: cosines(&promising),
         },
         effects,
-        parameter_changes: parameter_changes(&study, &compared),
+        parameter_changes: parameter_changes(&study, corrected),
         undetermined_parameters: compared.undetermined.clone(),
         mismatch: located.as_ref().map(|located| located.mismatch.clone()),
         orders: located.as_ref().map(|located| located.orders.clone()).unwrap_or_default(),
@@ -146,6 +157,7 @@ pub fn diagnose(
         controls: None,
         seconds: started.elapsed().as_secs_f64(),
         overlays: overlays(&study, &columns, models, extended.as_ref()),
+        refitted_model: compared.refitted.hypothesis.model.clone(),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
 }
@@ -153,7 +165,8 @@ pub fn diagnose(
 /// The catalogue, with trial values that fit this machine.
 fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {
     let hypothesis = &compared.refitted.hypothesis;
-    let Some(scales) = Scales::new(hypothesis, &study.train) else { return Vec::new() };
+    let starts = compared.refitted.initial_states();
+    let Some(scales) = Scales::new(hypothesis, &study.train, &starts) else { return Vec::new() };
     let peaks_hz = study.peaks_hz(&compared.refitted_on_all);
     all_candidates(hypothesis, &scales, &study.train, &peaks_hz, &options.without)
 }
@@ -192,19 +205,14 @@ fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
 
 /// What was not looked for because time was over.
 fn time_cap(selection: &Selection, options: &Options) -> Option<String> {
-    let limit_s = options.time_limit_s.filter(|_| !selection.left_out.is_empty())?;
+    let limit_s =
+        options.processor_limit_s.or(options.time_limit_s).filter(|_| !selection.left_out.is_empty())?;
     let mut left_out = selection.left_out.clone();
     left_out.dedup();
     Some(format!(
         "the search was ended after {limit_s} s, before it looked for {}; a longer limit may tell more",
         left_out.join(" and for ")
     ))
-}
-
-/// Whether nothing but noise is left on any recording; the probability of a false alarm is shared between tests.
-fn is_adequate(tests: &[(Role, Adequacy)], options: &Options) -> bool {
-    let significance = options.significance / tests.len().max(1) as f64;
-    tests.iter().all(|(_, test)| test.holds(significance))
 }
 
 fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
@@ -222,12 +230,12 @@ fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
     }
 }
 
-/// Parameters that moved by more than three standard errors.
-fn parameter_changes(study: &Study, compared: &Compared) -> Vec<ParameterChange> {
-    let refitted = &compared.refitted;
-    let errors = standard_errors(&study.stack(Role::Train), refitted, study.slowest_hz);
-    let rows = refitted.free.iter().zip(&refitted.values).zip(errors);
-    rows.filter(|((parameter, value), stderr)| (*value - parameter.given).abs() > 3.0 * stderr)
+/// Parameters of the given model that moved by more than three standard errors.
+fn parameter_changes(study: &Study, fitted: &Fitted) -> Vec<ParameterChange> {
+    let errors = standard_errors(&study.stack(Role::Train), fitted, study.slowest_hz);
+    let rows = fitted.free.iter().zip(&fitted.values).zip(errors);
+    rows.filter(|((parameter, _), _)| !parameter.path.starts_with("physics."))
+        .filter(|((parameter, value), stderr)| (*value - parameter.given).abs() > 3.0 * stderr)
         .map(|((parameter, value), stderr)| ParameterChange {
             path: parameter.path.clone(),
             from: parameter.given,

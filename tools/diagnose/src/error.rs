@@ -33,7 +33,8 @@ pub enum DiagnoseError {
     /// A column's unit does not fit what the model computes.
     #[error(
         "{recording}: column `{column}` has an rms of {largest:.3e}, where the model, driven by the same input, has {expected:.3e}: \
-         the unit in its name cannot be right by that much; check units (mm as m, degrees as rad) and the model's gain"
+         the unit in its name cannot be right by that much; check units (mm as m, degrees as rad) and the model's gain, and, \
+         where it is far smaller, whether something holds the machine fast: then drive it harder"
     )]
     Unit {
         /// The recording's name.

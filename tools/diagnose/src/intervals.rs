@@ -1,5 +1,7 @@
 //! Standard errors of fitted parameters under coloured noise.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, SymmetricEigen};
 use stillbeam_identify::tall::{add_scaled, dot};
 
@@ -77,18 +79,22 @@ fn errors_from(
     }
 }
 
-/// How one parameter looks recording by recording.
+/// A part of the recordings that has this share of what is known of a parameter tells something of it.
+const TELLS: f64 = 0.1;
+
+/// How one parameter looks from one half recording to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Consistency {
     /// Chance of such different values if it were one.
     pub(crate) p: f64,
-    /// Largest departure of a recording that tells a tenth of what is known, as a share of the value.
+    /// Largest departure of a half that tells a tenth of what is known, as a share of the value.
     pub(crate) spread: f64,
 }
 
-/// Standard errors of all free parameters, and for those for which `asked` holds whether the recordings agree about them.
+/// Standard errors of all free parameters, and for those for which `asked` holds whether the recordings, and the earlier and the later
+/// half of each, agree about them: physics is the same throughout, what only stands in for something else is not.
 ///
-/// A recording's own value differs from the joint one by the sum of its residuals, weighted by how they move the parameter,
+/// A half's own value differs from the joint one by the sum of its residuals, weighted by how they move the parameter,
 /// over the share of the information that it holds.
 pub(crate) fn precision(
     stack: &Stack<'_>,
@@ -102,35 +108,47 @@ pub(crate) fn precision(
     let Some(influences) = influences(&columns) else {
         return (vec![f64::INFINITY; fitted.free.len()], vec![None; fitted.free.len()]);
     };
+    let parts = halves(stack);
     let mut errors = Vec::new();
     let mut agreements = Vec::new();
     for (index, influence) in influences.iter().enumerate() {
         let (parameter, value) = (&fitted.free[index], fitted.values[index]);
         let slope = parameter.slope(parameter.to_search(value)).abs();
         errors.push(scatter.variance_of_sum(influence).sqrt() * slope);
-        let wanted = fitted.records.len() > 1 && asked(&parameter.path);
+        let wanted = asked(&parameter.path);
         agreements.push(wanted.then(|| {
             let (mut statistic, mut spread) = (0.0, 0.0_f64);
-            let mut start = 0;
-            for record in &fitted.records {
-                let range = start..start + record.residuals.len();
-                start = range.end;
+            for part in &parts {
                 let mut own = vec![0.0; influence.len()];
-                own[range.clone()].copy_from_slice(&influence[range.clone()]);
-                let shift = dot(&own[range.clone()], &residuals[range.clone()]);
+                part.iter().for_each(|range| own[range.clone()].copy_from_slice(&influence[range.clone()]));
+                let along = |signal: &[f64]| -> f64 {
+                    part.iter().map(|range| dot(&own[range.clone()], &signal[range.clone()])).sum()
+                };
+                let shift = along(&residuals);
                 let variance = scatter.variance_of_sum(&own);
-                let share = dot(&own[range.clone()], &columns[index][range]);
+                let share = along(&columns[index]);
                 if variance > 0.0 {
                     statistic += shift * shift / variance;
                 }
-                if share > 0.1 {
+                if share > TELLS {
                     spread = spread.max((shift / share * slope / value).abs());
                 }
             }
-            Consistency { p: chi_squared_tail(statistic, (fitted.records.len() - 1) as f64), spread }
+            Consistency { p: chi_squared_tail(statistic, (parts.len() - 1) as f64), spread }
         }));
     }
     (errors, agreements)
+}
+
+/// Rows of the earlier and of the later half of every recording.
+fn halves(stack: &Stack<'_>) -> Vec<Vec<Range<usize>>> {
+    let mut parts = vec![Vec::new(); 2 * stack.records.len()];
+    for segment in stack.segments() {
+        let middle = segment.range.start + segment.range.len() / 2;
+        parts[2 * segment.record].push(segment.range.start..middle);
+        parts[2 * segment.record + 1].push(middle..segment.range.end);
+    }
+    parts
 }
 
 /// Inverse of a matrix with ones on its diagonal. Directions that rounding alone fills are given the size of rounding: what they

@@ -30,6 +30,7 @@ mod noise;
 mod options;
 mod outliers;
 mod parameters;
+mod patience;
 mod quality;
 mod record;
 mod refit;
@@ -47,7 +48,7 @@ pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;
 pub use locate::{CELLS, ForceSurface, ORDERS, OrderMap};
 pub use noise::NoiseSource;
-pub use options::Options;
+pub use options::{MachineLimits, Options};
 pub use result::{
     CandidateRow, Confusability, Diagnosis, Effect, Evidence, Fits, Gate, Mismatch, Overlay, ParameterChange,
     ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests, SCHEMA_VERSION,

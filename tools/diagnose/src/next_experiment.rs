@@ -9,6 +9,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
 use crate::fit::Fitted;
+use crate::options::{MachineLimits, Options};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, simulate};
 use crate::study::Study;
@@ -42,6 +43,19 @@ impl Sweep {
         self.amplitude * fade * phase.sin()
     }
 
+    /// The largest amplitude, in the input's unit, that keeps the machine within its limits at both ends of the sweep; `mass_kg`
+    /// is what a force moves, `None` where the input is a motion.
+    fn most_within(&self, limits: &MachineLimits, mass_kg: Option<f64>) -> f64 {
+        let [slow, fast] = [self.from_hz.min(self.to_hz), self.from_hz.max(self.to_hz)].map(|hz| TAU * hz);
+        let MachineLimits { half_travel_m, velocity_m_s, acceleration_m_s2 } = *limits;
+        match mass_kg {
+            None => half_travel_m.min(velocity_m_s / fast).min(acceleration_m_s2 / (fast * fast)),
+            Some(mass_kg) => {
+                mass_kg * acceleration_m_s2.min(velocity_m_s * slow).min(half_travel_m * slow * slow)
+            }
+        }
+    }
+
     /// The line for the board's console.
     fn command(&self, motion: bool) -> String {
         let kind = if self.exponential { "exponential" } else { "linear" };
@@ -72,15 +86,10 @@ pub(crate) struct Proposal {
     pub(crate) reason: String,
 }
 
-/// The run out of a list that best separates the first of these models from each of the others; `most_amplitude` is the
-/// largest that the machine may be given, in the input's unit.
-pub(crate) fn separating_run(
-    study: &Study,
-    tied: &[&Fitted],
-    most_amplitude: Option<f64>,
-) -> Option<Proposal> {
+/// The run out of a list that best separates the first of these models from each of the others.
+pub(crate) fn separating_run(study: &Study, tied: &[&Fitted], options: &Options) -> Option<Proposal> {
     let (chosen, rivals) = tied.split_first()?;
-    let sweeps = sweeps(study, &chosen.hypothesis.model, most_amplitude)?;
+    let sweeps = sweeps(study, &chosen.hypothesis.model, options)?;
     let scored: Vec<(f64, Sweep)> = sweeps
         .par_iter()
         .filter_map(|sweep| Some((separation(study, chosen, rivals, *sweep)?, *sweep)))
@@ -98,8 +107,8 @@ pub(crate) fn separating_run(
 }
 
 /// The run that a diagnosis without a second amplitude lacks: the largest recorded one doubled.
-pub(crate) fn other_amplitude(study: &Study, model: &Model, most_amplitude: Option<f64>) -> Option<Proposal> {
-    let sweeps = sweeps(study, model, most_amplitude)?;
+pub(crate) fn other_amplitude(study: &Study, model: &Model, options: &Options) -> Option<Proposal> {
+    let sweeps = sweeps(study, model, options)?;
     let largest = sweeps.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
     Some(Proposal {
         command: largest.command(model.input_is_motion()),
@@ -107,7 +116,7 @@ pub(crate) fn other_amplitude(study: &Study, model: &Model, most_amplitude: Opti
     })
 }
 
-fn sweeps(study: &Study, model: &Model, most_amplitude: Option<f64>) -> Option<Vec<Sweep>> {
+fn sweeps(study: &Study, model: &Model, options: &Options) -> Option<Vec<Sweep>> {
     model.input()?;
     let (slowest_hz, fastest_hz) = (study.slowest_hz?, study.fastest_hz?);
     let mut recorded = 0.0_f64;
@@ -119,17 +128,45 @@ fn sweeps(study: &Study, model: &Model, most_amplitude: Option<f64>) -> Option<V
         duration_s = duration_s.max(record.duration_s());
     }
     let (low, high) = (rounded(0.3 * slowest_hz), rounded(1.3 * fastest_hz));
-    let allowed = most_amplitude.unwrap_or(AMPLITUDES[AMPLITUDES.len() - 1] * recorded);
-    let mut sweeps = Vec::new();
-    for amplitude in AMPLITUDES.map(|times| rounded(times * recorded)) {
+    let allowed = options.most_amplitude.unwrap_or(AMPLITUDES[AMPLITUDES.len() - 1] * recorded);
+    // What is rounded to three digits may become a two-hundredth larger.
+    let within = |sweep: &Sweep| match (&options.limits, moved_mass_kg(model)) {
+        (Some(limits), mass_kg) if model.input_is_motion() || mass_kg.is_some() => {
+            0.99 * sweep.most_within(limits, mass_kg.filter(|_| !model.input_is_motion()))
+        }
+        _ => f64::INFINITY,
+    };
+    let mut sweeps: Vec<Sweep> = Vec::new();
+    for amplitude in AMPLITUDES.map(|times| times * recorded) {
         for exponential in [false, true] {
             for (from_hz, to_hz) in [(low, high), (high, low)] {
-                sweeps.push(Sweep { exponential, from_hz, to_hz, duration_s: duration_s.round(), amplitude });
+                let sweep = Sweep { exponential, from_hz, to_hz, duration_s: duration_s.round(), amplitude };
+                let amplitude = rounded(amplitude.min(within(&sweep)));
+                sweeps.push(Sweep { amplitude, ..sweep });
             }
         }
     }
     sweeps.retain(|sweep| sweep.amplitude > 0.0 && sweep.amplitude <= allowed * (1.0 + 1e-9));
+    // Several amplitudes may have come down to the same limit.
+    let all = std::mem::take(&mut sweeps);
+    for sweep in all {
+        if !sweeps.contains(&sweep) {
+            sweeps.push(sweep);
+        }
+    }
     Some(sweeps)
+}
+
+/// The mass that a force moves at least: the base without its beam, the pushed body without what hangs on it.
+fn moved_mass_kg(model: &Model) -> Option<f64> {
+    match model {
+        Model::BeamOnBase(beam) => Some(beam.base_mass_kg),
+        Model::Lumped(lumped) => {
+            let pushed = &lumped.input.as_ref()?.body;
+            lumped.bodies.iter().find(|body| body.name == *pushed).map(|body| body.mass)
+        }
+        _ => None,
+    }
 }
 
 /// Least distance, in standard errors, of the chosen model from a rival on one run.

@@ -2,8 +2,9 @@
 //!
 //! In this order: recordings that repeat each other; stretches in which nothing moves; the quiet quarter of every
 //! frequency. The last needs only one recording: a sweep or a transient visits every frequency for a part of the time,
-//! so the lower quartile of the residual's power over the windows of a record is the noise's, with its colour. Where
-//! the excitation is stationary it is an upper bound, and says so.
+//! so the lower quartile of the residual's power over the windows of a record is the noise's, with its colour. A sensor is as noisy
+//! in one run as in another: of several recordings those count that are as quiet as the quietest. Where the excitation is stationary
+//! it is an upper bound, and says so.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -49,16 +50,28 @@ pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
     if let Some(rms) = from_quiet_stretches(parts) {
         return Some(NoiseFloor { rms, source: NoiseSource::QuietStretches });
     }
-    let powers: Vec<(f64, f64)> = parts
-        .iter()
-        .map(|part| {
-            let rate_hz = part.record.rate_hz(part.output);
-            (quiet_quarter(&part.residual, rate_hz), part.residual.len() as f64)
-        })
-        .collect();
-    let weight: f64 = powers.iter().map(|(_, count)| count).sum();
-    let power = powers.iter().map(|(power, count)| power * count).sum::<f64>() / weight;
-    (weight > 0.0).then_some(NoiseFloor { rms: power.sqrt(), source: NoiseSource::QuietQuarter })
+    let powers: Vec<Quiet> =
+        parts.iter().map(|part| quiet_quarter(&part.residual, part.record.rate_hz(part.output))).collect();
+    let power = quietest(&powers)?;
+    Some(NoiseFloor { rms: power.sqrt(), source: NoiseSource::QuietQuarter })
+}
+
+/// A recording whose quiet quarter has this many times the power of the quietest recording's is not quiet: something there is not
+/// explained all the time. Estimates from recordings of half a minute differ less, coloured noise included.
+const AS_QUIET: f64 = 2.5;
+
+/// The stationary power of the recordings that are as quiet as the quietest, each counted with its length. Where some are long
+/// enough for a quiet quarter, those that are not do not count.
+fn quietest(powers: &[Quiet]) -> Option<f64> {
+    let any_long = powers.iter().any(|quiet| quiet.has_windows);
+    let counted = || powers.iter().filter(|quiet| quiet.samples > 0.0 && quiet.has_windows == any_long);
+    let least = counted().map(|quiet| quiet.power).reduce(f64::min)?;
+    let (sum, samples) = counted()
+        .filter(|quiet| quiet.power <= AS_QUIET * least)
+        .fold((0.0, 0.0), |(sum, samples), quiet| {
+            (sum + quiet.power * quiet.samples, samples + quiet.samples)
+        });
+    (samples > 0.0).then(|| sum / samples)
 }
 
 /// Two recordings repeat each other when their inputs differ by less than this share of the input.
@@ -140,13 +153,24 @@ const WINDOW_S: f64 = 4.0;
 /// The lower quartile of an exponentially distributed power is this share of its mean.
 const QUARTILE_SHARE: f64 = 0.287_682_072_451_780_9;
 
-/// Power (mean square) of the stationary part of a series.
-fn quiet_quarter(series: &[f64], rate_hz: f64) -> f64 {
+/// What is stationary in one series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Quiet {
+    /// Mean square.
+    power: f64,
+    samples: f64,
+    /// Whether the series was long enough to tell its quiet quarter; otherwise its whole power is meant.
+    has_windows: bool,
+}
+
+/// The stationary part of a series.
+fn quiet_quarter(series: &[f64], rate_hz: f64) -> Quiet {
+    let samples = series.len() as f64;
     let mean_square = series.iter().map(|value| value * value).sum::<f64>() / series.len().max(1) as f64;
     let length = ((WINDOW_S * rate_hz) as usize).next_power_of_two().min(1 << 14);
     let windows = spectra(series, length);
     if windows.len() < 8 {
-        return mean_square;
+        return Quiet { power: mean_square, samples, has_windows: false };
     }
     let power: f64 = (0..=length / 2)
         .map(|bin| {
@@ -157,7 +181,7 @@ fn quiet_quarter(series: &[f64], rate_hz: f64) -> f64 {
             twice * value / QUARTILE_SHARE
         })
         .sum();
-    power.min(mean_square)
+    Quiet { power: power.min(mean_square), samples, has_windows: true }
 }
 
 /// Power in every bin from 0 to half the sampling rate, of windows that overlap by half; a series' mean square is the
@@ -213,8 +237,46 @@ mod tests {
                     value + 4.0 * (0.5 * t * t * 0.6).sin()
                 })
                 .collect();
-            let ratio = quiet_quarter(&swept, 100.0) / power;
+            let ratio = quiet_quarter(&swept, 100.0).power / power;
             assert!((0.85..1.3).contains(&ratio), "rho {rho}: {ratio}");
+        }
+    }
+
+    #[test]
+    fn a_recording_that_is_not_explained_does_not_raise_the_floor() {
+        let quiet = |power: f64| Quiet { power, samples: 2500.0, has_windows: true };
+        let power = quietest(&[quiet(1.0), quiet(1.2), quiet(400.0)]).unwrap();
+        assert!((power - 1.1).abs() < 1e-12, "{power}");
+        let short = Quiet { has_windows: false, ..quiet(0.01) };
+        let power = quietest(&[quiet(1.0), short]).unwrap();
+        assert!((power - 1.0).abs() < 1e-12, "a short one that is explained by chance: {power}");
+        assert_eq!(quietest(&[short]), Some(0.01));
+        assert_eq!(quietest(&[]), None);
+    }
+
+    #[test]
+    fn recordings_of_the_same_noise_are_all_as_quiet_as_each_other() {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        for rho in [0.0, 0.95] {
+            let powers: Vec<f64> = (0..40)
+                .map(|_| {
+                    let mut last = 0.0;
+                    let noise: Vec<f64> = (0..2500)
+                        .map(|_| {
+                            let innovation: f64 = StandardNormal.sample(&mut random);
+                            last = rho * last + innovation;
+                            last
+                        })
+                        .collect();
+                    quiet_quarter(&noise, 100.0).power
+                })
+                .collect();
+            // Five recordings as a lab makes them.
+            for five in powers.chunks(5) {
+                let least = five.iter().copied().fold(f64::INFINITY, f64::min);
+                let most = five.iter().copied().fold(0.0, f64::max);
+                assert!(most < AS_QUIET * least, "rho {rho}: {least} to {most}");
+            }
         }
     }
 }

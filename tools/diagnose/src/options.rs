@@ -20,10 +20,27 @@ pub struct Options {
     /// The largest amplitude that the machine may be given, in the unit of the model's input, for proposals of a next run;
     /// three times the largest recorded one when nothing is said.
     pub most_amplitude: Option<f64>,
+    /// What the machine can do, for the same proposals; `None` where that is not known. Of a force it is asked of the mass that the
+    /// model says is pushed, and of nothing where the model has no masses.
+    pub limits: Option<MachineLimits>,
     /// Seconds after which no further search is begun: for more laws, for others in their place, for laws that would do as well.
     /// What is under way is finished, so the whole takes somewhat longer. A search that was ended says so in the caps and
     /// comes to no verdict more certain than the whole would have. `None`: no end.
     pub time_limit_s: Option<f64>,
+    /// The same in processor seconds of the whole process, so that a busy computer changes no answer; by the clock where the system does
+    /// not tell them. `None`: no end.
+    pub processor_limit_s: Option<f64>,
+}
+
+/// What a machine can do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MachineLimits {
+    /// Room on either side of where a run begins, metres.
+    pub half_travel_m: f64,
+    /// Greatest speed, m/s.
+    pub velocity_m_s: f64,
+    /// Greatest acceleration, m/s².
+    pub acceleration_m_s2: f64,
 }
 
 impl Default for Options {
@@ -36,7 +53,9 @@ impl Default for Options {
             most_terms: 4,
             without: Vec::new(),
             most_amplitude: None,
+            limits: None,
             time_limit_s: None,
+            processor_limit_s: None,
         }
     }
 }

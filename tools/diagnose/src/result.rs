@@ -68,7 +68,8 @@ pub struct Effect {
     pub sentence: String,
 }
 
-/// A parameter of the given model that had to move.
+/// A parameter of the given model that had to move: beside the physics found where some was named, by a refit of the given
+/// model alone where not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterChange {
     /// Its path in the model file.
@@ -305,6 +306,9 @@ pub struct Diagnosis {
     /// For plots; not part of the JSON.
     #[serde(skip)]
     pub overlays: Vec<Overlay>,
+    /// The given model with its own parameters refitted, and nothing added.
+    #[serde(skip)]
+    pub refitted_model: Model,
     /// The refitted model with the physics found, for `--extended-model`; not part of the JSON.
     #[serde(skip)]
     pub extended_model: Option<Model>,

@@ -106,7 +106,7 @@ pub(crate) fn first_effect(
 }
 
 /// The model begun from an initial state on top of its own; `None` inside where that is nothing.
-fn started_at(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Option<Model>> {
+pub(crate) fn started_at(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Option<Model>> {
     if initial.iter().all(|value| *value == 0.0) {
         return Some(None);
     }
@@ -153,28 +153,35 @@ pub(crate) fn state_count(hypothesis: &Hypothesis) -> Option<usize> {
 }
 
 /// The response of every recorded output to a unit of every initial value, the input being zero: displacement and
-/// velocity of every coordinate in turn, of the linear model.
+/// velocity of every coordinate in turn, of the linear model. Last, where there is one, that of a real pole: a recording may begin
+/// while a base that slides freely still moves.
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
     let space = StateSpace::new(&hypothesis.model).ok()?;
     let rest = space.rest_at(0.0);
     let mut steps: HashMap<i64, Rc<Discrete>> = HashMap::new();
-    let mut responses = Vec::new();
+    let mut starts = Vec::new();
     for name in coordinates(&space) {
         for unit in [(1.0, 0.0), (0.0, 1.0)] {
             let state = space.state_from(&std::iter::once((name.clone(), unit)).collect(), 0.0).ok()?;
-            let start: Vec<f64> = state.iter().zip(&rest).map(|(a, b)| a - b).collect();
-            let outputs: Option<Vec<Vec<f64>>> = record
-                .outputs
-                .iter()
-                .map(|output| {
-                    let times: Vec<f64> = output.at.iter().map(|&k| record.time_s[k]).collect();
-                    free_response(&space, output.index, &start, record.time_s[0], &times, &mut steps)
-                })
-                .collect();
-            responses.push(outputs?);
+            starts.push(state.iter().zip(&rest).map(|(a, b)| a - b).collect::<Vec<f64>>());
         }
     }
-    Some(responses)
+    if matches!(&hypothesis.model, Model::Modal(model) if model.real_pole.is_some()) {
+        let mut start = vec![0.0; space.order()];
+        *start.last_mut()? = 1.0;
+        starts.push(start);
+    }
+    let mut respond = |start: &Vec<f64>| -> Option<Vec<Vec<f64>>> {
+        record
+            .outputs
+            .iter()
+            .map(|output| {
+                let times: Vec<f64> = output.at.iter().map(|&k| record.time_s[k]).collect();
+                free_response(&space, output.index, start, record.time_s[0], &times, &mut steps)
+            })
+            .collect()
+    };
+    starts.iter().map(&mut respond).collect()
 }
 
 fn free_response(

@@ -150,21 +150,38 @@ impl Study {
         })
     }
 
-    /// Refuses outputs whose size is out of all proportion to what the model computes from rest.
+    /// Refuses outputs whose size is out of all proportion to what the model computes from rest, alike in every recording: a unit is
+    /// wrong everywhere, a base that dry friction holds fast stands still in the quiet recordings only.
     pub(crate) fn check_units(&self, given: &Hypothesis) -> Result<(), DiagnoseError> {
         // A body that nothing holds may drift anywhere.
         if self.slowest_hz.is_none() || given.model.input().is_none() {
             return Ok(());
         }
+        let mut sizes: Vec<Vec<Size<'_>>> = vec![Vec::new(); self.weights.len()];
         for record in self.train.iter().chain(&self.held_out) {
             let Some(simulated) = simulate(given, record, &[]) else { continue };
             for (output, simulated) in record.outputs.iter().zip(&simulated) {
                 let (largest, expected) = (reach(&output.samples), reach(simulated));
-                let ratio = largest / expected;
-                if expected > 0.0 && !(1.0 / UNIT..UNIT).contains(&ratio) {
-                    let (recording, column) = (record.name.clone(), output.column.clone());
-                    return Err(DiagnoseError::Unit { recording, column, largest, expected });
+                if expected > 0.0 {
+                    sizes[output.index].push(Size { record, column: &output.column, largest, expected });
                 }
+            }
+        }
+        for sizes in sizes {
+            let ratios = || sizes.iter().map(|size| size.largest / size.expected);
+            let (least, most) = (ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max));
+            let out_of_proportion = least > UNIT || most < 1.0 / UNIT;
+            if let Some(Size { record, column, largest, expected }) = sizes.first()
+                && out_of_proportion
+                && most < ALIKE * least
+            {
+                let (recording, column) = (record.name.clone(), (*column).to_owned());
+                return Err(DiagnoseError::Unit {
+                    recording,
+                    column,
+                    largest: *largest,
+                    expected: *expected,
+                });
             }
         }
         Ok(())
@@ -250,6 +267,15 @@ impl Study {
         tests
     }
 
+    /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do: recordings without noise,
+    /// from a simulation. Their noise floor is no noise, and what stands out of it no physics.
+    pub(crate) fn is_exact(&self, on_all: &OnAll) -> bool {
+        (0..self.weights.len()).flat_map(|output| self.parts(on_all, output)).all(|part| {
+            let recorded = &part.record.outputs[part.output].samples;
+            reach(&part.residual) <= RESOLVED * reach(recorded)
+        })
+    }
+
     /// Takes out lone outliers that a fitted model shows. Whether there were any.
     pub(crate) fn clean(&mut self, on_all: &OnAll) -> bool {
         let mut lines = Vec::new();
@@ -273,8 +299,23 @@ impl Study {
     }
 }
 
-/// A recorded output this many times larger or smaller than simulated is in another unit.
+/// Share of an output below which nothing is looked for (80 dB): an input known at samples only leaves that much open at the start of a
+/// recording and where it moves fast.
+const RESOLVED: f64 = 1e-4;
+
+/// A recorded output this many times larger or smaller than simulated is in another unit, ...
 const UNIT: f64 = 200.0;
+/// ... if all recordings agree about how many times to within this factor.
+const ALIKE: f64 = 10.0;
+
+/// How large an output was recorded and simulated, root mean square.
+#[derive(Clone)]
+struct Size<'r> {
+    record: &'r Record,
+    column: &'r str,
+    largest: f64,
+    expected: f64,
+}
 
 /// Root mean square about the mean.
 pub(crate) fn reach(samples: &[f64]) -> f64 {

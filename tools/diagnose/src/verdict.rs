@@ -15,11 +15,16 @@ use crate::wording::with_error;
 /// Share of what noise does not explain that tied laws have to take away to be called tied where something is left.
 const MOST_OF_IT: f64 = 0.95;
 
-/// The verdict from what was found, whether only noise is left, and the share that was taken off what noise does not explain.
+/// Share of what noise does not explain that laws have to take away to be named at all where something is left: what leaves more than
+/// it explains is not what was left out, however significant.
+const MOST: f64 = 0.5;
+
+/// The verdict from what was found, whether only noise is left, whether the rest is louder than noise, and the share that was taken off what noise does not explain.
 pub(crate) fn verdict(
     selection: &Selection,
     refit_adequate: bool,
     rest_is_noise: bool,
+    rest_is_loud: bool,
     explained_share: f64,
 ) -> Verdict {
     if selection.chosen.laws.is_empty() {
@@ -31,6 +36,9 @@ pub(crate) fn verdict(
         (true, true) => Verdict::Explained,
         (true, false) => Verdict::Ambiguous,
         (false, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
+        // Something else may take all away, and was not tried.
+        (false, true) if rest_is_loud && !selection.left_out.is_empty() => Verdict::Unexplained,
+        (false, true) if explained_share < MOST => Verdict::Unexplained,
         (false, true) => Verdict::Improved,
         // Several laws each take a part of it away and none takes all: none of them is it.
         (false, false) => Verdict::Unexplained,

@@ -3,6 +3,7 @@
 mod truth;
 
 use stillbeam_diagnose::{DiagnoseError, Diagnosis, Options, ParameterChange, Verdict, diagnose};
+use stillbeam_plant::Physics;
 use stillbeam_recording::Recording;
 use truth::{Bench, NOISE_M};
 
@@ -68,4 +69,16 @@ fn recordings_that_do_not_fit_the_model_are_refused_with_a_remedy() {
     for error in [no_input, no_output, flat, dead, unit, short] {
         assert!(error.to_string().contains("bad.csv") || error.to_string().contains("run 4"), "{error}");
     }
+}
+
+/// Friction holds the base fast in the quiet run and not in the loud ones: that is no error of a unit.
+#[test]
+fn a_base_that_stands_still_in_one_recording_is_not_refused() {
+    let bench = Bench::ForcedBase;
+    let law = Physics::new("coulomb_friction", "base").with("force", 4.5);
+    let all = bench.short_recordings(&[law], 0.0, 6);
+    let still = all[0].column("base_position_m").unwrap();
+    assert!(still.iter().all(|value| value.abs() < 10.0 * NOISE_M), "the base is not held");
+    let found = diagnose(&bench.wrong_model(), &all[..2], &all[2..], &Options::default(), &mut |_| {});
+    assert!(found.is_ok_and(|found| found.verdict != Verdict::Adequate));
 }

@@ -23,6 +23,12 @@ fn says_one_thing(found: &Diagnosis) {
     assert_eq!(found.candidates.iter().filter(|row| row.named).count(), found.effects.len());
 }
 
+fn limited(set: impl Fn(&mut Options)) -> Options {
+    let mut options = Options::default();
+    set(&mut options);
+    options
+}
+
 fn named(found: &Diagnosis) -> Vec<String> {
     let mut names: Vec<String> =
         found.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
@@ -47,6 +53,23 @@ fn single_laws_are_named_with_their_size() {
         let held_out = found.fit.pooled.iter().find(|p| p.role == stillbeam_diagnose::RecordRole::HeldOut);
         let fits = held_out.map(|pooled| pooled.fits.clone()).unwrap();
         assert!(fits.extended.unwrap().rms < 0.5 * fits.refitted_linear.rms, "{fits:?}");
+    }
+}
+
+#[test]
+fn a_search_without_time_says_so_and_is_certain_of_nothing() {
+    let law = Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0);
+    for options in [
+        limited(|options| options.time_limit_s = Some(0.0)),
+        limited(|options| options.processor_limit_s = Some(0.0)),
+    ] {
+        let found = run(Bench::MovedBase, std::slice::from_ref(&law), &options, 1);
+        assert!(!matches!(found.verdict, Verdict::Explained | Verdict::Adequate), "{}", found.sentence);
+        assert!(
+            found.caps.iter().any(|cap| cap.contains("the search was ended after 0 s")),
+            "{:?}",
+            found.caps
+        );
     }
 }
 

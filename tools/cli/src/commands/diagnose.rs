@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use stillbeam_diagnose::{Diagnosis, Options, Progress, controls, diagnose};
+use stillbeam_diagnose::{Diagnosis, Options, ParameterChange, Progress, Verdict, controls, diagnose};
 use stillbeam_plant::Model;
 use stillbeam_recording::Recording;
 
@@ -12,6 +12,7 @@ use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::reading::ReadArgs;
 use crate::report::diagnose_page::diagnose_page;
+use crate::shaping::MachineLimits;
 use crate::streams::{Streams, json_on_stdout};
 
 /// Where a model and recordings differ, and which physics was left out.
@@ -40,7 +41,7 @@ pub struct DiagnoseArgs {
     /// Write a report with plots to this file
     #[arg(long, value_name = "FILE.html")]
     report: Option<String>,
-    /// Write the refitted model with the physics found to this file, for `simulate`
+    /// Write the refitted model, with the physics found, to this file, for `simulate`
     #[arg(long, value_name = "FILE.toml")]
     extended_model: Option<String>,
     /// Also try the diagnosis on this very experiment with a known truth: this many times nothing missing, half as often the
@@ -51,10 +52,17 @@ pub struct DiagnoseArgs {
     /// next [default: three times the largest recorded]
     #[arg(long, value_name = "AMPLITUDE")]
     most_amplitude: Option<f64>,
+    /// Velocity and acceleration that the machine allows, in mm/s and mm/s², for the run proposed next; the board's own settings as
+    /// they come if not given
+    #[arg(long, value_name = "VELOCITY,ACCELERATION")]
+    limits: Option<MachineLimits>,
     /// Begin no further search after this many seconds; the result then says what was not looked for, and no verdict is more
     /// certain than the whole search would make it
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
+    /// The same in processor seconds of all threads together, so that a busy computer changes no answer
+    #[arg(long, value_name = "SECONDS")]
+    processor_limit: Option<f64>,
 }
 
 impl DiagnoseArgs {
@@ -64,6 +72,7 @@ impl DiagnoseArgs {
             inputs.map(PathBuf::as_path),
             [self.json.as_deref(), self.report.as_deref(), self.extended_model.as_deref()],
         )?;
+        self.check_roles()?;
         let model = Model::read(&self.model)?;
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
             paths.iter().map(|path| self.reading.read(path, streams)).collect()
@@ -71,7 +80,9 @@ impl DiagnoseArgs {
         let (recordings, held_out) = (read(&self.recordings)?, read(&self.held_out)?);
         let mut options = Options::default();
         options.most_amplitude = self.most_amplitude;
+        options.limits = Some(self.limits.unwrap_or_default().of_an_excitation());
         options.time_limit_s = self.time_limit;
+        options.processor_limit_s = self.processor_limit;
         let mut teller = Teller::new();
         let mut found = diagnose(&model, &recordings, &held_out, &options, &mut |progress| {
             teller.tell(streams, progress);
@@ -92,12 +103,34 @@ impl DiagnoseArgs {
         }
         match (&self.extended_model, &found.extended_model) {
             (Some(file), Some(extended)) => streams.write_text(file, &extended.to_toml()?)?,
+            (Some(file), None) if found.verdict == Verdict::Adequate => {
+                streams.write_text(file, &found.refitted_model.to_toml()?)?;
+                streams.say(&format!(
+                    "nothing had to be added: {file} holds the given model with its parameters refitted"
+                ));
+            }
             (Some(file), None) => {
                 streams.say(&format!("nothing was named, so {file} was not written"));
             }
             _ => {}
         }
         Ok(())
+    }
+}
+
+impl DiagnoseArgs {
+    /// A recording that was trained on cannot judge.
+    fn check_roles(&self) -> Result<(), CliError> {
+        let identity = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        let trained: Vec<PathBuf> = self.recordings.iter().map(identity).collect();
+        match self.held_out.iter().find(|path| trained.contains(&identity(path))) {
+            None => Ok(()),
+            Some(path) => Err(CliError::Usage(format!(
+                "{} is both trained on and held out; a recording that was trained on says nothing about what the model has \
+                 not seen: leave it out of one list",
+                path.display()
+            ))),
+        }
     }
 }
 
@@ -135,9 +168,13 @@ fn print_summary(streams: &mut Streams<'_>, found: &Diagnosis) -> Result<(), Cli
         writeln!(out, "  {} at {}: {}", effect.id, effect.location, effect.sentence)?;
     }
     if let Some(mismatch) = &found.mismatch {
+        writeln!(out, "Of what the refitted model leaves over:")?;
         for sentence in &mismatch.sentences {
             writeln!(out, "  {sentence}")?;
         }
+    }
+    for ParameterChange { path, from, to, stderr } in &found.parameter_changes {
+        writeln!(out, "  {path}: {to:.5e} ± {stderr:.1e} instead of {from:.5e}")?;
     }
     writeln!(
         out,

@@ -100,9 +100,11 @@ impl IdentifyArgs {
         if !json_on_stdout(self.json.as_deref()) {
             for result in &results {
                 print_modes(streams, &result.recording, &result.modes)?;
+                print_real_pole(streams, result)?;
             }
             if results.len() > 1 {
                 print_modes(streams, "all recordings together", &combined.modes)?;
+                together.iter().try_for_each(|together| print_real_pole(streams, together))?;
             }
         }
         if let Some(file) = &self.json {
@@ -136,7 +138,8 @@ impl IdentifyArgs {
             recording.column(BASE_POSITION).is_ok_and(|samples| 2 * present(samples) > samples.len())
         };
         let upstream = asked == SETPOINT || asked == "command_m";
-        if self.keep_input || !upstream || !recordings.iter().all(measured) {
+        let responds = self.output.as_deref() == Some(BASE_POSITION);
+        if self.keep_input || responds || !upstream || !recordings.iter().all(measured) {
             return Ok(Some(asked.clone()));
         }
         for recording in recordings {
@@ -214,6 +217,13 @@ impl From<OutputMeaning> for OutputQuantity {
             OutputMeaning::Acceleration => Self::Acceleration,
         }
     }
+}
+
+fn print_real_pole(streams: &mut Streams<'_>, result: &IdentifiedModes) -> Result<(), CliError> {
+    if let Some(real) = &result.real_pole {
+        writeln!(streams.out, "{}", real.words())?;
+    }
+    Ok(())
 }
 
 fn print_modes(streams: &mut Streams<'_>, title: &str, modes: &[IdentifiedMode]) -> Result<(), CliError> {

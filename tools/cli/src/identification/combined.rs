@@ -3,6 +3,7 @@
 use serde::Serialize;
 use stillbeam_identify::{
     Estimate, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict, Quantity, Warning, WarningKind,
+    merged,
 };
 
 /// How far (a fraction) two recordings' frequencies may differ and still be one mode.
@@ -58,16 +59,12 @@ pub fn combine<'r>(
         };
     }
     warnings.extend(together.into_iter().flat_map(|together| together.warnings.iter().cloned()));
-    for warning in results.iter().flat_map(|result| &result.warnings) {
-        if !warnings.contains(warning) {
-            warnings.push(warning.clone());
-        }
-    }
+    warnings.extend(results.iter().flat_map(|result| result.warnings.iter().cloned()));
     CombinedModes {
         schema_version: stillbeam_identify::SCHEMA_VERSION,
         modes,
         linearity,
-        warnings,
+        warnings: merged(warnings),
         together,
         recordings: results,
     }

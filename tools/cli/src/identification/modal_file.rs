@@ -1,7 +1,8 @@
 //! Identified modes as a model file, for `simulate` and `diagnose`.
 //!
 //! What the fit found beside the modes goes along: a delay of the output as its sensor's, and the static share of the modes
-//! beyond the band as one mode far above it, which a refit must not move. An offset belongs to a recording, not to the
+//! beyond the band as one mode far above it, which a refit must not move, the real pole of a base that slides with friction
+//! together with the rates of the modes. An offset belongs to a recording, not to the
 //! structure, and stays with it.
 
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ use std::f64::consts::TAU;
 
 use stillbeam_identify::IdentifiedModes;
 use stillbeam_plant::{
-    BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, SETPOINT, Sensor, Setup,
+    BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, RealPole, SETPOINT, Sensor, Setup,
 };
 use stillbeam_recording::Column;
 
@@ -50,6 +51,15 @@ pub fn modal_file(modes: &IdentifiedModes) -> Result<ModalFile, CliError> {
             ));
         }
     }
+    if model.real_pole.is_some()
+        && model.outputs.iter().any(|output| output.quantity == Quantity::Acceleration)
+    {
+        model.real_pole = None;
+        remarks.push(
+            "the real pole and the rates of the modes are not in the model, whose output is an acceleration; record a position or a velocity for that"
+                .to_owned(),
+        );
+    }
     if let Some(direct) = modes.direct {
         match model.outputs.first().map(|output| output.quantity) {
             Some(Quantity::Position) => add_static_share(&mut model, direct.value),
@@ -72,6 +82,9 @@ fn add_static_share(model: &mut ModalModel, compliance: f64) {
         damping_ratio: BEYOND_DAMPING,
         participation: vec![participation],
     });
+    if let Some(real) = &mut model.real_pole {
+        real.rate_participation.push(vec![0.0]);
+    }
     let number = model.modes.len();
     for parameter in ["frequency_hz", "damping_ratio", "participation"] {
         model.fixed.insert(format!("mode.{number}.{parameter}"), true);
@@ -101,6 +114,15 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
                 participation: vec![mode.participation.map_or(1.0, |participation| participation.value)],
             })
             .collect(),
+        real_pole: modes.real_pole.map(|real| RealPole {
+            time_constant_s: real.time_constant_s.value,
+            participation: vec![real.participation.value],
+            rate_participation: modes
+                .modes
+                .iter()
+                .map(|mode| vec![mode.rate_participation.map_or(0.0, |rate| rate.value)])
+                .collect(),
+        }),
         drive: None,
         input,
         outputs: vec![ModalOutput { column: modes.output.clone(), quantity }],

@@ -27,7 +27,7 @@ pub fn diagnose_page(found: &Diagnosis) -> String {
             (figure(&chart, ""))
         }
         @for map in &found.orders { (picture(&order_picture(map))) }
-        @for surface in found.surfaces.iter().take(2) { (picture(&surface_picture(surface))) (figure(&profile(surface), "Mean of the latent force over all positions, with two standard errors on either side.")) }
+        @for surface in found.surfaces.iter().take(2) { (picture(&surface_picture(surface))) (figure(&profile(surface), "Mean of the latent force over all positions, with two standard errors on either side; where a law was found here, its force in the same cells.")) }
         (parameters(found))
         @if found.confusability.candidates.len() > 1 { h2 { "How alike the candidates are here" } (confusability_table(found)) }
         h2 { "Every candidate and its gates" }
@@ -97,14 +97,15 @@ fn order_picture(map: &OrderMap) -> HeatMap {
     HeatMap {
         title: format!("Orders of the sweep in what the refitted model leaves over: {}", map.recording),
         x: (
-            "window, from the first to the last; the sweep's frequency (Hz) at its ends".to_owned(),
+            "frequency of the sweep, window by window (Hz)".to_owned(),
             map.frequency_hz.first().copied().unwrap_or(0.0),
             map.frequency_hz.last().copied().unwrap_or(0.0),
         ),
         y: ("order".to_owned(), 0.5, orders as f64 + 0.5),
         columns: map.residual.len(),
         values,
-        unit: format!("= {most:.1e}, 0 a hundredth"),
+        unit: String::new(),
+        ends: Some([format!("{most:.1e}"), format!("≤ {:.1e}", 0.01 * most)]),
         signed: false,
     }
 }
@@ -118,6 +119,7 @@ fn surface_picture(surface: &ForceSurface) -> HeatMap {
         columns: (surface.mean.len() as f64).sqrt().round() as usize,
         values: surface.mean.clone(),
         unit: surface.force_unit.clone(),
+        ends: None,
         signed: true,
     }
 }
@@ -127,7 +129,7 @@ fn profile(surface: &ForceSurface) -> Chart {
     let cells = (surface.mean.len() as f64).sqrt().round() as usize;
     let [_, _, v0, v1] = surface.range;
     let mut middle = Vec::new();
-    let (mut low, mut high) = (Vec::new(), Vec::new());
+    let (mut low, mut high, mut law) = (Vec::new(), Vec::new(), Vec::new());
     for row in 0..cells {
         let range = row * cells..(row + 1) * cells;
         let known: Vec<(f64, f64)> = surface.mean[range.clone()]
@@ -143,24 +145,29 @@ fn profile(surface: &ForceSurface) -> Chart {
         let stderr = known.iter().map(|(_, stderr)| stderr * stderr).sum::<f64>().sqrt() / n;
         let speed = v0 + (row as f64 + 0.5) * (v1 - v0) / cells as f64;
         middle.push((speed, mean));
+        if let Some(forces) = &surface.law {
+            let forces = || forces[row * cells..(row + 1) * cells].iter().flatten();
+            law.push((speed, forces().sum::<f64>() / forces().count().max(1) as f64));
+        }
         low.push((speed, mean - 2.0 * stderr));
         high.push((speed, mean + 2.0 * stderr));
     }
-    Chart::new(
+    let chart = Chart::new(
         format!("The same force over speed at {}", surface.location),
         format!("speed ({}/s)", surface.displacement_unit),
         format!("force ({})", surface.force_unit),
     )
     .with(Series::line("mean", middle))
     .with(Series::line("", low).styled(Style::Dashed))
-    .with(Series::line("", high).styled(Style::Dashed))
+    .with(Series::line("", high).styled(Style::Dashed));
+    if law.is_empty() { chart } else { chart.with(Series::line("the law that was found", law)) }
 }
 
 fn parameters(found: &Diagnosis) -> Markup {
     html! {
         @if !found.parameter_changes.is_empty() {
             h2 { "Parameters of the given model that had to move" }
-            table {
+            table.numbers {
                 thead { tr { th { "parameter" } th { "given" } th { "refitted" } th { "± (standard error)" } } }
                 tbody {
                     @for change in &found.parameter_changes {

@@ -6,7 +6,7 @@ use stillbeam_diagnose::{Diagnosis, Effect, Quality, RecordRole};
 /// Given, refitted, extended and noise, by role and output.
 pub fn fit_table(found: &Diagnosis) -> Markup {
     html! {
-        table {
+        table.numbers {
             thead { tr {
                 th { "recordings" } th { "output" } th { "given" } th { "refitted" } th { "with the physics found" } th { "noise floor" }
             } }
@@ -48,7 +48,7 @@ pub fn effect_list(effects: &[Effect]) -> Markup {
         @for effect in effects {
             h3 { code { (effect.id) } " at " code { (effect.location) } }
             p { (effect.sentence) }
-            table {
+            table.numbers {
                 thead { tr { th { "parameter" } th { "value" } th { "± (standard error)" } th { "unit" } } }
                 tbody {
                     @for (name, estimate) in &effect.parameters {

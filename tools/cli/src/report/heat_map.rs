@@ -18,6 +18,8 @@ pub struct HeatMap {
     pub values: Vec<Option<f64>>,
     /// Unit of the values.
     pub unit: String,
+    /// Words at the colour bar's ends, the upper first, where the colours are not the values themselves.
+    pub ends: Option<[String; 2]>,
     /// Whether values of both signs are shown, zero being white.
     pub signed: bool,
 }
@@ -26,7 +28,7 @@ const WIDTH: f64 = 920.0;
 const HEIGHT: f64 = 340.0;
 const LEFT: f64 = 80.0;
 const TOP: f64 = 36.0;
-const PLOT_WIDTH: f64 = 690.0;
+const PLOT_WIDTH: f64 = 680.0;
 const PLOT_HEIGHT: f64 = 250.0;
 
 impl HeatMap {
@@ -77,11 +79,18 @@ impl HeatMap {
             text(LEFT - 6.0, bottom - share * PLOT_HEIGHT + 4.0, "end", &short(y));
         }
         text(LEFT + 0.5 * PLOT_WIDTH, bottom + 36.0, "middle", &self.x.0);
-        text(LEFT, TOP - 4.0, "start", &self.y.0);
         let legend = LEFT + PLOT_WIDTH + 20.0;
-        text(legend + 20.0, TOP + 10.0, "start", &format!("{} {}", short(most), self.unit));
         let low = if self.signed { -most } else { 0.0 };
-        text(legend + 20.0, bottom, "start", &format!("{} {}", short(low), self.unit));
+        let of_values = || [most, low].map(|value| format!("{} {}", short(value), self.unit));
+        let [upper, lower] = self.ends.clone().unwrap_or_else(of_values);
+        text(legend + 20.0, TOP + 10.0, "start", &upper);
+        text(legend + 20.0, bottom, "start", &lower);
+        let _written = write!(
+            svg,
+            "<text transform=\"translate(18 {:.1}) rotate(-90)\" text-anchor=\"middle\" fill=\"#3d4650\">{}</text>",
+            TOP + 0.5 * PLOT_HEIGHT,
+            escape_text(&self.y.0)
+        );
         for step in 0..20 {
             let share = f64::from(step) / 19.0;
             let value = low + share * (most - low);
@@ -129,6 +138,7 @@ mod tests {
                 columns: 2,
                 values,
                 unit: "N".to_owned(),
+                ends: None,
                 signed: true,
             };
             let svg = map.to_svg();

@@ -58,6 +58,7 @@ pub fn mode_table(modes: &IdentifiedModes) -> Markup {
                 }
             }
         }
+        @if let Some(real) = &modes.real_pole { p { (real.words()) } }
         p.muted { "± is one standard error, robust to coloured residuals." }
     }
 }

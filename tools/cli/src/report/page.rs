@@ -17,7 +17,7 @@ table { border-collapse: collapse; margin: .75rem 0; font-variant-numeric: tabul
 th, td { padding: .28rem .8rem; border-bottom: 1px solid #d5dae0; text-align: right; }
 th:first-child, td:first-child { text-align: left; }
 thead th { border-bottom: 2px solid #8b949e; vertical-align: bottom; font-size: .92rem; }
-.dense { font-size: .73rem; } .dense th, .dense td { padding: .22rem .34rem; } .dense thead th { font-size: .73rem; } .dense td { white-space: nowrap; }
+.numbers td { white-space: nowrap; } .dense { font-size: .73rem; } .dense th, .dense td { padding: .22rem .34rem; } .dense thead th { font-size: .73rem; } .dense td { white-space: nowrap; }
 th[colspan] { text-align: center; } .paper { background: #f6f7f9; }
 .note { background: #eef4fa; border-left: 4px solid #0060a8; padding: .5rem .9rem; }
 .warning { background: #fff4e5; border-left: 4px solid #c44e00; padding: .5rem .9rem; }

@@ -5,6 +5,7 @@
 
 use std::str::FromStr;
 
+use stillbeam_firmware::motion::SweepSpec;
 use stillbeam_firmware::settings::Settings;
 use stillbeam_firmware::shaper::ShaperTable;
 
@@ -82,6 +83,22 @@ impl MoveCheck {
             velocity_mm_s: largest(&velocity),
             acceleration_mm_s2: largest(&acceleration),
         })
+    }
+}
+
+/// The board wants this much room beside an excitation's amplitude for a stop half-way, and an amplitude that fades or a frequency
+/// that moves asks for a little more velocity and acceleration than a steady sine.
+const ROOM: f64 = 1.05;
+
+impl MachineLimits {
+    /// What an excitation about the middle of the board's travel may ask for.
+    pub fn of_an_excitation(self) -> stillbeam_diagnose::MachineLimits {
+        let (from_mm, to_mm) = Settings::default().limits().travel_mm;
+        stillbeam_diagnose::MachineLimits {
+            half_travel_m: 1e-3 * to_mm.min(-from_mm).min(SweepSpec::AMPLITUDE_RANGE_MM.1) / ROOM,
+            velocity_m_s: 1e-3 * self.velocity_mm_s / ROOM,
+            acceleration_m_s2: 1e-3 * self.acceleration_mm_s2 / ROOM,
+        }
     }
 }
 

@@ -1,15 +1,15 @@
 //! The force that would explain the rest: a smoother of the refitted model with an unknown force at each place.
 //!
-//! What the refitted model leaves over obeys `x' = A x + E f`, `e = C x + noise`, with `x` the error of the state. The
-//! force is an integrated random walk, whose intensity is the likeliest of a few; a Kalman filter and the smoother
-//! of H. Rauch, F. Tung and C. Striebel (AIAA J. 3 (1965) 1445) give its course. Binned over position and speed it
-//! shows what a static law would have to look like, and where the machine has never been.
+//! Binned over position and speed it shows what a static law would have to look like, and where the machine has never
+//! been. `smoother` has the maths.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rayon::prelude::*;
 use serde::Serialize;
-use stillbeam_plant::{Hold, StateSpace};
+use stillbeam_plant::state_space::InjectionPoint;
+use stillbeam_plant::{Hold, Motion, Physics, StateSpace, force_along};
 
+use super::smoother::{ForcedError, Readings};
 use crate::noise::NoiseFloor;
 use crate::record::Record;
 use crate::simulation::Hypothesis;
@@ -34,6 +34,8 @@ pub struct ForceSurface {
     pub mean: Vec<Option<f64>>,
     /// Standard error of the mean, from its scatter between visits of the cell.
     pub stderr: Vec<Option<f64>>,
+    /// Where laws were found at this place: the mean of their force per cell, along the same motion.
+    pub law: Option<Vec<Option<f64>>>,
     /// Root mean square of the force.
     pub rms: f64,
     /// Share (0 to 1) of its power that is a function of position and speed.
@@ -55,14 +57,71 @@ pub(crate) fn latent_forces(
     let Ok(space) = StateSpace::new(&refitted.model) else { return Vec::new() };
     let mut surfaces: Vec<ForceSurface> = (0..space.points().len())
         .into_par_iter()
-        .filter_map(|point| surface(study, &space, on_all, floors, point))
+        .filter_map(|point| surface(study, &space, on_all, floors, point, None))
         .collect();
     surfaces.sort_by(|a, b| b.log_likelihood_gain.total_cmp(&a.log_likelihood_gain));
     surfaces
 }
 
+/// Surfaces at the places of laws: what the extended model lacks when its laws of that place are taken out again.
+pub(crate) fn forces_of_laws(
+    study: &Study,
+    extended: &Hypothesis,
+    on_all: &OnAll,
+    floors: &[Option<NoiseFloor>],
+) -> Vec<ForceSurface> {
+    let Ok(space) = StateSpace::new(&extended.model) else { return Vec::new() };
+    let starts = |fits: &[RecordFit]| fits.iter().map(|fit| fit.initial.clone()).collect::<Vec<Vec<f64>>>();
+    let at_place = |(point, described): (usize, &InjectionPoint)| {
+        let mut without = extended.clone();
+        let laws = &mut without.model.setup_mut().physics;
+        let (here, elsewhere): (Vec<Physics>, Vec<Physics>) =
+            std::mem::take(laws).into_iter().partition(|law| law.location == described.name);
+        *laws = elsewhere;
+        if here.is_empty() {
+            return None;
+        }
+        let on_all = study.on_all(&without, &starts(&on_all.train), &starts(&on_all.held_out)).ok()?;
+        let course =
+            |moments: &[Moment], record: &Record| law_forces(&without, &here, moments, record, point);
+        surface(study, &space, &on_all, floors, point, Some(&course))
+    };
+    space.points().iter().enumerate().filter_map(at_place).collect()
+}
+
 /// Displacement, velocity and force at one moment.
 type Moment = [f64; 3];
+
+/// The force of laws along the moments of a record.
+type LawForces<'l> = dyn Fn(&[Moment], &Record) -> Option<Vec<f64>> + 'l;
+
+fn law_forces(
+    model: &Hypothesis,
+    laws: &[Physics],
+    moments: &[Moment],
+    record: &Record,
+    point: usize,
+) -> Option<Vec<f64>> {
+    let at = samples_of(record)?;
+    let here = [0, 1].map(|axis| moments.iter().map(|moment| moment[axis]).collect::<Vec<f64>>());
+    let still = vec![0.0; moments.len()];
+    let mut points = vec![[still.clone(), still.clone()]; point];
+    points.push(here);
+    let input = record.input.as_ref().map_or(still.clone(), |input| at.iter().map(|&k| input[k]).collect());
+    let motion = Motion { time_s: at.iter().map(|&k| record.time_s[k]).collect(), input, points };
+    let mut sum = still;
+    for law in laws {
+        for series in force_along(&model.model, law, &motion).ok()?.iter().filter(|s| s.point == point) {
+            sum.iter_mut().zip(&series.samples).for_each(|(sum, force)| *sum += force);
+        }
+    }
+    Some(sum)
+}
+
+/// The stamps that are smoothed: those of the first output.
+fn samples_of(record: &Record) -> Option<Vec<usize>> {
+    Some(record.outputs.first()?.at.iter().copied().take(MOST_SAMPLES).collect())
+}
 
 fn surface(
     study: &Study,
@@ -70,16 +129,20 @@ fn surface(
     on_all: &OnAll,
     floors: &[Option<NoiseFloor>],
     point: usize,
+    laws: Option<&LawForces<'_>>,
 ) -> Option<ForceSurface> {
     let mut moments: Vec<Vec<Moment>> = Vec::new();
+    let mut law_courses: Vec<Vec<f64>> = Vec::new();
     let mut gain = 0.0;
     for (record, fit) in study.train.iter().zip(&on_all.train) {
         let (found, better) = smoothed(study, space, record, fit, floors, point)?;
+        law_courses.extend(laws.and_then(|forces| forces(&found, record)));
         moments.push(found);
         gain += better;
     }
+    let law = (law_courses.len() == moments.len()).then_some(&law_courses[..]);
     let described = &space.points()[point];
-    bin(&moments).map(|binned| ForceSurface {
+    bin(&moments, law).map(|binned| ForceSurface {
         location: described.name.clone(),
         displacement_unit: described.displacement_unit.clone(),
         force_unit: described.force_unit.clone(),
@@ -87,9 +150,6 @@ fn surface(
         ..binned
     })
 }
-
-/// Intensities that are tried, as the force's root mean square drift per root second over its scale.
-const INTENSITIES: [f64; 4] = [0.3, 3.0, 30.0, 300.0];
 
 fn smoothed(
     study: &Study,
@@ -100,7 +160,7 @@ fn smoothed(
     point: usize,
 ) -> Option<(Vec<Moment>, f64)> {
     // All outputs at the first one's samples.
-    let at: Vec<usize> = record.outputs.first()?.at.iter().copied().take(MOST_SAMPLES).collect();
+    let at = samples_of(record)?;
     let mut rows: Vec<DVector<f64>> = Vec::new();
     let mut noises = Vec::new();
     let mut series: Vec<Vec<f64>> = Vec::new();
@@ -121,24 +181,16 @@ fn smoothed(
     }
     let step_s = record.duration_s() / (record.time_s.len().max(2) - 1) as f64;
     let interval_s = step_s * (at.last()? - at.first()?) as f64 / (at.len().max(2) - 1) as f64;
-    let discrete = space.discretise(interval_s).ok()?;
     let order = space.order();
-    let transition = DMatrix::from_fn(order + 2, order + 2, |i, j| match (i, j) {
-        (i, j) if i < order && j < order => discrete.transition[i * order + j],
-        (i, j) if i < order && j == order => discrete.force_value[point][i],
-        (i, _) if i < order => discrete.force_slope[point][i],
-        (i, j) if i == j => 1.0,
-        (i, j) if i == order && j == order + 1 => interval_s,
-        _ => 0.0,
-    });
-    let filter = Filter { transition, rows, noises, series };
-    let scale = force_scale(&filter, order)?;
-    let none = filter.run(0.0, order).log_likelihood;
-    let best = INTENSITIES
-        .iter()
-        .map(|intensity| filter.run((intensity * scale).powi(2) * interval_s, order))
-        .max_by(|a, b| a.log_likelihood.total_cmp(&b.log_likelihood))?;
-    let states = best.smooth(&filter.transition);
+    let error = ForcedError::new(space, point, interval_s)?;
+    let readings = Readings { rows, noises, series };
+    let hertz = |frequency_hz: Option<f64>| 1.0 / (std::f64::consts::TAU * frequency_hz.unwrap_or(1.0));
+    let fastest_s = (0.25 * hertz(study.fastest_hz)).max(1.5 * interval_s);
+    let slowest_s = (4.0 * hertz(study.slowest_hz)).max(4.0 * fastest_s);
+    let prior = error.likeliest(&readings, fastest_s, slowest_s)?;
+    let best = error.run(&readings, Some(prior));
+    let none = error.run(&readings, None).log_likelihood;
+    let states = best.smooth(&readings);
     let motion = motion(space, record, fit, point, &at)?;
     let described = &space.points()[point];
     let moments = states
@@ -178,100 +230,8 @@ fn motion(
     Some(at.iter().map(|&k| [trace.displacements[point][k], trace.velocities[point][k]]).collect())
 }
 
-/// A force that, held for a tenth of the slowest response, moves the first output by the residual's size.
-fn force_scale(filter: &Filter, order: usize) -> Option<f64> {
-    let mut state = DVector::zeros(order + 2);
-    state[order] = 1.0;
-    let mut largest: f64 = 0.0;
-    for _ in 0..200 {
-        state = &filter.transition * &state;
-        for row in &filter.rows {
-            largest = largest.max(row.dot(&state.rows(0, order)).abs());
-        }
-    }
-    let size = filter.series.iter().flatten().filter(|value| value.is_finite());
-    let (sum, count) = size.fold((0.0, 0.0), |(sum, count), value| (sum + value * value, count + 1.0));
-    (largest > 0.0 && count > 0.0).then(|| (sum / count).sqrt() / largest)
-}
-
-struct Filter {
-    transition: DMatrix<f64>,
-    /// How each output reads the error of the state.
-    rows: Vec<DVector<f64>>,
-    /// Variance of each output's noise.
-    noises: Vec<f64>,
-    /// Residual of each output, NaN where there is none.
-    series: Vec<Vec<f64>>,
-}
-
-struct Filtered {
-    log_likelihood: f64,
-    predicted: Vec<(DVector<f64>, DMatrix<f64>)>,
-    updated: Vec<(DVector<f64>, DMatrix<f64>)>,
-}
-
-impl Filter {
-    /// The Kalman filter with the force's slope drifting by a variance per step; outputs are taken one after another.
-    fn run(&self, drift: f64, order: usize) -> Filtered {
-        let size = order + 2;
-        let count = self.series.first().map_or(0, Vec::len);
-        let mut state = DVector::zeros(size);
-        let mut covariance = DMatrix::zeros(size, size);
-        // Nothing is known of the force at the start when there may be one.
-        covariance[(order, order)] = drift * 1e4;
-        let mut filtered = Filtered {
-            log_likelihood: 0.0,
-            predicted: Vec::with_capacity(count),
-            updated: Vec::with_capacity(count),
-        };
-        for k in 0..count {
-            if k > 0 {
-                state = &self.transition * &state;
-                covariance = &self.transition * &covariance * self.transition.transpose();
-                covariance[(size - 1, size - 1)] += drift;
-            }
-            filtered.predicted.push((state.clone(), covariance.clone()));
-            for ((row, noise), series) in self.rows.iter().zip(&self.noises).zip(&self.series) {
-                let measured = series[k];
-                if !measured.is_finite() {
-                    continue;
-                }
-                let gain_row = covariance.columns(0, order) * row;
-                let innovation = measured - row.dot(&state.rows(0, order));
-                let variance = row.dot(&gain_row.rows(0, order)) + noise;
-                filtered.log_likelihood -= 0.5 * (variance.ln() + innovation * innovation / variance);
-                state += &gain_row * (innovation / variance);
-                covariance -= &gain_row * gain_row.transpose() / variance;
-            }
-            filtered.updated.push((state.clone(), covariance.clone()));
-        }
-        filtered
-    }
-}
-
-impl Filtered {
-    /// The smoother's means.
-    fn smooth(&self, transition: &DMatrix<f64>) -> Vec<DVector<f64>> {
-        let mut states: Vec<DVector<f64>> = self.updated.iter().map(|(state, _)| state.clone()).collect();
-        for k in (0..states.len().saturating_sub(1)).rev() {
-            let (state, covariance) = &self.updated[k];
-            let (next, next_covariance) = &self.predicted[k + 1];
-            // Scaled, because displacements and forces differ by many orders of magnitude.
-            let scale = next_covariance.diagonal().map(|value| value.max(1e-300).sqrt());
-            let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-                next_covariance[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-12 } else { 0.0 }
-            });
-            let Some(factor) = scaled.cholesky() else { continue };
-            let step = (&states[k + 1] - next).component_div(&scale);
-            let solved = factor.solve(&step).component_div(&scale);
-            states[k] = state + covariance * transition.transpose() * solved;
-        }
-        states
-    }
-}
-
 /// Means per cell; `None` where nothing moved.
-fn bin(moments: &[Vec<Moment>]) -> Option<ForceSurface> {
+fn bin(moments: &[Vec<Moment>], law: Option<&[Vec<f64>]>) -> Option<ForceSurface> {
     let all = || moments.iter().flatten();
     let ends = |axis: usize| {
         all().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], m| [low.min(m[axis]), high.max(m[axis])])
@@ -315,6 +275,15 @@ fn bin(moments: &[Vec<Moment>]) -> Option<ForceSurface> {
             (visits.len() > 1).then(|| (square / (n - 1.0) / n).sqrt())
         })
         .collect();
+    let law = law.map(|courses| {
+        let mut sums = vec![(0.0, 0.0); CELLS * CELLS];
+        for (moment, force) in all().zip(courses.iter().flatten()) {
+            let (sum, count) = &mut sums[cell(moment)];
+            *sum += force;
+            *count += 1.0;
+        }
+        sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
+    });
     let count = all().count() as f64;
     let power = all().map(|m| m[2] * m[2]).sum::<f64>();
     let rest: f64 = all().map(|m| (m[2] - mean[cell(m)].unwrap_or(0.0)).powi(2)).sum();
@@ -325,6 +294,7 @@ fn bin(moments: &[Vec<Moment>]) -> Option<ForceSurface> {
         range: [z0, z1, v0, v1],
         mean,
         stderr,
+        law,
         rms: (power / count.max(1.0)).sqrt(),
         static_share: if power > 0.0 { (1.0 - rest / power).clamp(0.0, 1.0) } else { 0.0 },
         log_likelihood_gain: 0.0,

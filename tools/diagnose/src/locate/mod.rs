@@ -7,12 +7,13 @@ mod link;
 mod orders;
 mod phase;
 mod region;
+mod smoother;
 mod windows;
 
 pub use latent_force::{CELLS, ForceSurface};
 pub use orders::{ORDERS, OrderMap};
 
-use latent_force::latent_forces;
+use latent_force::{forces_of_laws, latent_forces};
 use orders::order_map;
 
 use stillbeam_plant::Model;
@@ -33,16 +34,19 @@ pub(crate) struct Located {
     pub(crate) even_db: Option<f64>,
 }
 
-/// Locates what the refitted model leaves over.
+/// Locates what the refitted model leaves over. Where laws were found, the force at their places is what remains to be
+/// explained once the other parameters have the values that they have beside these laws: a refit without them bends those.
 pub(crate) fn locate(
     study: &Study,
     model: &Model,
     refitted: &Hypothesis,
     on_all: &OnAll,
     floors: &[Option<NoiseFloor>],
+    found: Option<(&Hypothesis, &OnAll)>,
 ) -> Located {
     let mut sentences = Vec::new();
-    let link = link::link(study, model, refitted, on_all, floors);
+    let beams = [model, &refitted.model];
+    let link = link::link(study, model, &beams, on_all, floors);
     sentences.extend(link.as_ref().map(|(_, sentence)| sentence.clone()));
     let windows = windows::windows(study, on_all, floors);
     sentences.extend(windows.sentence.clone());
@@ -57,8 +61,15 @@ pub(crate) fn locate(
     let (order_sentence, odd_db, even_db) = orders::summary(&orders);
     sentences.extend(order_sentence);
     sentences.extend(amplitude::slope_sentence(study, on_all, floors, windows.output));
-    let surfaces = latent_forces(study, refitted, on_all, floors);
-    let region = region::sentence(&surfaces);
+    let mut surfaces = found.map_or_else(Vec::new, |(extended, extended_on_all)| {
+        forces_of_laws(study, extended, extended_on_all, floors)
+    });
+    let of_laws = surfaces.len();
+    let others = latent_forces(study, refitted, on_all, floors);
+    let unknown = |surface: &ForceSurface| surfaces.iter().all(|known| known.location != surface.location);
+    let others: Vec<ForceSurface> = others.into_iter().filter(unknown).collect();
+    surfaces.extend(others);
+    let region = if of_laws > 0 { region::of_law(&surfaces[0]) } else { region::sentence(&surfaces) };
     sentences.extend(region.clone());
     let mismatch = Mismatch {
         link: link.map(|(name, _)| name),

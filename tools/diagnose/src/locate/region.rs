@@ -2,10 +2,27 @@
 
 use super::latent_force::{CELLS, ForceSurface};
 
+/// A sentence on the force that a law found here stands for.
+pub(crate) fn of_law(surface: &ForceSurface) -> Option<String> {
+    Some(format!(
+        "With the law at {0} taken out again, the recordings ask for a force of {1:.3e} {2} rms there, {3:.0} % of its power a function of position and speed; {4} of {5} cells were never visited.",
+        surface.location,
+        surface.rms,
+        surface.force_unit,
+        100.0 * surface.static_share,
+        empty_cells(surface),
+        CELLS * CELLS
+    ))
+}
+
+fn empty_cells(surface: &ForceSurface) -> usize {
+    surface.mean.iter().filter(|mean| mean.is_none()).count()
+}
+
 /// A sentence on the likeliest place; `None` when there is none.
 pub(crate) fn sentence(surfaces: &[ForceSurface]) -> Option<String> {
     let surface = surfaces.first()?;
-    let empty = surface.mean.iter().filter(|mean| mean.is_none()).count();
+    let empty = empty_cells(surface);
     let [z0, z1, v0, v1] = surface.range;
     let strongest = (0..CELLS * CELLS)
         .filter_map(|cell| Some((cell, surface.mean[cell]?, surface.stderr[cell]?)))

@@ -6,11 +6,12 @@
 //! | held out | does it improve recordings it was not fitted to, and make none of them worse |
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
 //! | determined | are the parameters larger than their standard errors |
-//! | size | does it explain a noticeable part of what was left |
-//! | consistent | do all training recordings agree about its strength |
+//! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
+//! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at one and a half times the largest input |
+//! | sufficient | where a structured rest remains that is large beside what the law explains: is the held-out gain beyond doubt |
 //!
-//! The last two are asked of laws that were chosen, not of every one that was tried.
+//! The last three are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_identify::tall::{add_scaled, dot};
 
@@ -122,6 +123,8 @@ pub(crate) struct Trialled<'t> {
     /// Sum of squares taken off the training residual, and what noise alone would leave of it.
     pub(crate) explained: f64,
     pub(crate) systematic: f64,
+    /// The same of the held-out recordings, as a share of what noise does not explain there.
+    pub(crate) held_out_share: Option<f64>,
     /// What only chosen laws are asked.
     pub(crate) closer: Option<Closer>,
 }
@@ -133,11 +136,22 @@ pub(crate) struct Closer {
     pub(crate) consistency: Option<Consistency>,
     /// Whether the model stays finite when driven harder.
     pub(crate) stable: bool,
+    /// Sum of squares that is left over beyond noise; `None` where nothing but noise is left.
+    pub(crate) rest: Option<f64>,
 }
+
+/// A law takes away at least this share of what noise does not explain.
+pub(crate) const NOTICEABLE: f64 = 0.05;
+
+/// A structured rest is large when it is this share of what the law explains: a law that is nearly right leaves as much.
+const LARGE_REST: f64 = 0.1;
+/// The held-out gate is this many times as high then: a rest with a structure is no noise that standard errors could be
+/// reckoned from.
+pub(crate) const DOUBT: f64 = 2.0;
 
 /// Recordings disagree about a parameter when chance would rarely have it, and ...
 const DISAGREES_P: f64 = 1e-5;
-/// ... it matters: a recording's own value is off by this share.
+/// ... it matters: a half recording's own value is off by this share.
 const DISAGREES_BY: f64 = 0.2;
 
 /// Runs all gates.
@@ -189,8 +203,15 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     let share = trialled.explained / trialled.systematic.max(f64::MIN_POSITIVE);
     gates.push(gate(
         "size",
-        share > 0.05,
-        format!("takes {:.0} % off what noise does not explain", 100.0 * share.min(1.0)),
+        share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
+        match trialled.held_out_share {
+            Some(held_out) => format!(
+                "takes {:.0} % off what noise does not explain, {:.0} % of the held-out recordings",
+                100.0 * share.min(1.0),
+                100.0 * held_out.min(1.0)
+            ),
+            None => format!("takes {:.0} % off what noise does not explain", 100.0 * share.min(1.0)),
+        },
     ));
     if let Some(closer) = &trialled.closer {
         if let Some(Consistency { p, spread }) = closer.consistency {
@@ -198,7 +219,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
                 "consistent",
                 p > DISAGREES_P || spread < DISAGREES_BY,
                 format!(
-                    "recordings on their own would have it up to {:.0} % different (p = {p:.1e})",
+                    "recordings and their halves on their own would have it up to {:.0} % different (p = {p:.1e})",
                     100.0 * spread
                 ),
             ));
@@ -208,6 +229,17 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
             closer.stable,
             "simulated at one and a half times the largest input".to_owned(),
         ));
+        if let (Some(rest), Some(held_out)) = (closer.rest, &trialled.held_out) {
+            let beside = rest / trialled.explained.max(f64::MIN_POSITIVE);
+            gates.push(gate(
+                "sufficient",
+                beside < LARGE_REST || held_out.z > DOUBT * options.held_out_gate,
+                format!(
+                    "a structured rest {beside:.2} times as large as what it explains, held-out gain {:.1} standard errors",
+                    held_out.z
+                ),
+            ));
+        }
     }
     gates
 }

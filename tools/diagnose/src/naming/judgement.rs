@@ -6,6 +6,7 @@ use super::gates::Closer;
 use super::rounds::Tried;
 use super::selection::{Search, Selection};
 use super::sets::Member;
+use crate::adequacy::is_adequate;
 use crate::fit::Fitted;
 use crate::intervals::precision;
 use crate::record::Record;
@@ -52,13 +53,34 @@ impl Search<'_> {
         }
         for (place, set) in without.iter().enumerate() {
             say("looking for laws that would do as well", 0.3 + 0.6 * place as f64 / without.len() as f64);
+            // What is known already costs nothing.
+            if !self.is_over() || self.knows_rivals(&selection) {
+                self.find_rivals(&mut selection, set);
+            }
             if self.is_over() {
                 self.suspect_rivals(&mut selection);
                 break;
             }
-            self.find_rivals(&mut selection, set);
+        }
+        if !self.is_over() {
+            self.put_simplest_first(&mut selection, refitted);
         }
         selection
+    }
+
+    /// Of sets that cannot be told apart the one with the fewest parameters is the finding, where its laws pass their gates too.
+    fn put_simplest_first(&self, selection: &mut Selection, refitted: &Fitted) {
+        let size = |member: &Member| member.fitted.free.len();
+        let simpler = selection.rivals.iter().filter(|rival| size(rival) < size(&selection.chosen));
+        let Some(laws) = simpler.min_by_key(|rival| size(rival)).map(|rival| rival.laws.clone()) else {
+            return;
+        };
+        let Some(rival) = selection.rivals.iter_mut().find(|rival| rival.laws == laws) else { return };
+        let (judged, _) = self.judge_laws(rival, refitted);
+        if judged.iter().all(Tried::passes) {
+            std::mem::swap(rival, &mut selection.chosen);
+            selection.judged = judged;
+        }
     }
 
     /// Every law of a set judged, and the sets without it, in the set's order.
@@ -67,6 +89,7 @@ impl Search<'_> {
         let is_law = |path: &str| path.starts_with("physics.");
         let (errors, agreements) = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
         let stable = self.is_stable(chosen);
+        let rest = self.structured_rest(chosen);
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
@@ -88,11 +111,31 @@ impl Search<'_> {
                 });
                 let worst =
                     strengths.filter_map(|(_, agreement)| *agreement).min_by(|a, b| a.p.total_cmp(&b.p));
-                let closer = Some(Closer { consistency: worst, stable });
+                let closer = Some(Closer { consistency: worst, stable, rest });
                 let tried = self.judged(&without, chosen.clone(), chosen.laws[place], &own, &errors, closer);
                 (tried, without)
             })
             .unzip()
+    }
+
+    /// Sum of squares of the training recordings beyond the noise that is seen under a set; `None` where only noise is left.
+    pub(crate) fn structured_rest(&self, member: &Member) -> Option<f64> {
+        let on_all = member.on_all();
+        let floors = self.study.floors(&on_all);
+        if is_adequate(&self.study.adequacies(&on_all, &floors), self.options) {
+            return None;
+        }
+        let noise: f64 = self
+            .study
+            .train
+            .iter()
+            .flat_map(|record| &record.outputs)
+            .filter_map(|output| {
+                let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
+                Some(relative * relative * output.at.len() as f64)
+            })
+            .sum();
+        Some((member.fitted.sum_of_squares - noise).max(0.0))
     }
 
     /// Whether the model stays within ten times what is linear when the input is half as large again.
@@ -127,9 +170,13 @@ impl Search<'_> {
         selection.rivals.extend(suspected);
     }
 
+    /// Whether all that could take the place of the chosen laws has been tried already.
+    fn knows_rivals(&self, selection: &Selection) -> bool {
+        selection.chosen.laws.len() == 1 && !self.weighed_again
+    }
+
     fn find_rivals(&self, selection: &mut Selection, without: &Member) {
-        let known = selection.chosen.laws.len() == 1 && !self.weighed_again;
-        let tried = if known {
+        let tried = if self.knows_rivals(selection) {
             selection.tried.clone()
         } else {
             let (screened, tried) = self.round(without);

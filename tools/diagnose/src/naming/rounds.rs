@@ -1,11 +1,11 @@
 //! One round: every candidate on top of a set is screened, the promising ones are sketched, the best of those fitted.
 
 use rayon::prelude::*;
-use stillbeam_identify::tall::Orthonormal;
+use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{Closer, Improvement, Trialled, gates, improvement};
+use super::gates::{Closer, DOUBT, Improvement, NOTICEABLE, Trialled, gates, improvement};
 use super::screening::{Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
@@ -13,6 +13,7 @@ use super::trials::Trial;
 use crate::fit::{Effort, Fitted, Others, fit_near};
 use crate::intervals::rough_standard_errors;
 use crate::result::Gate;
+use crate::stacking::RecordFit;
 
 /// Every candidate as the screen sees it beside a set, and those that were fitted on top of it.
 pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
@@ -35,6 +36,19 @@ impl Tried {
         self.gates.iter().all(|gate| gate.passed)
     }
 }
+
+/// A law with parameters of its own fitted, those of the model following along straight lines.
+struct Sketched<'s> {
+    screened: &'s Screened,
+    /// Sum of squares that is left.
+    left: f64,
+    physics: Physics,
+    /// The recordings, what the model's parameters would absorb taken out of the residuals.
+    records: Vec<RecordFit>,
+}
+
+/// A sketch that reaches this share of what a gate asks is worth a fit.
+const HOPEFUL: f64 = 0.5;
 
 /// Candidates fitted per round: these many at least and at most, the most promising first, ...
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
@@ -61,27 +75,29 @@ impl Search<'_> {
     }
 
     fn tried_on(&self, base: &Member) -> Round {
+        // The first law is looked for in any case.
+        let is_given_up = || !base.laws.is_empty() && self.is_over();
+        if is_given_up() {
+            return (Vec::new(), Vec::new());
+        }
         let stack = self.study.stack(Role::Train);
         let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz);
-        let mut promising: Vec<&Screened> =
-            screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
-        promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
-        let mut place = 0;
-        promising.retain(|s| {
-            place += 1;
-            s.t.abs() > self.options.training_gate || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
-        });
-        promising.truncate(SKETCHED_PER_ROUND);
+        let least_t = self.least_t(base);
+        let promising = self.promising(base, &screened, least_t);
         let columns = base.fitted.rough_sensitivities(&stack);
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column.clone()));
-        let mut sketched: Vec<(f64, Physics, &Screened)> =
-            promising.par_iter().filter_map(|screened| self.sketch(base, screened, &absorbing)).collect();
-        sketched.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut sketched: Vec<Sketched<'_>> = promising
+            .par_iter()
+            .filter(|_| !is_given_up())
+            .filter_map(|screened| self.sketch(base, screened, &absorbing))
+            .collect();
+        sketched.retain(|sketched| self.may_pass(base, sketched));
+        sketched.sort_by(|a, b| a.left.total_cmp(&b.left));
         let before = base.fitted.sum_of_squares;
-        let best = sketched.first().map_or(0.0, |(left, ..)| before - left);
-        let contenders = sketched.iter().take_while(|(left, ..)| before - left > CONTENDS * best).count();
+        let best = sketched.first().map_or(0.0, |best| before - best.left);
+        let contenders =
+            sketched.iter().take_while(|sketched| before - sketched.left > CONTENDS * best).count();
         let rest = sketched.split_off(
             contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()).min(sketched.len()),
         );
@@ -91,24 +107,60 @@ impl Search<'_> {
             own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
         let mut tried = self.fitted_ones(base, &sketched, &own);
         // The best may be no law at all, a wave longer than the travel say: then those behind it are heard.
-        if !tried.iter().any(Tried::passes) && !self.is_over() {
+        if !tried.iter().any(Tried::passes) && !is_given_up() {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
             tried.extend(self.fitted_ones(base, next, &own));
         }
+        tried.retain(|tried| tried.training.t() > least_t);
+        drop(sketched);
         (screened, tried)
     }
 
+    /// Standard errors that a further law must have on the training recordings: where nothing is left that does not look like noise,
+    /// it must be beyond doubt.
+    fn least_t(&self, base: &Member) -> f64 {
+        let is_noise = !base.laws.is_empty() && self.structured_rest(base).is_none();
+        if is_noise { DOUBT * self.options.training_gate } else { self.options.training_gate }
+    }
+
+    /// The candidates that are worth a sketch, the most promising first.
+    fn promising<'s>(&self, base: &Member, screened: &'s [Screened], least_t: f64) -> Vec<&'s Screened> {
+        let mut promising: Vec<&Screened> =
+            screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
+        promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
+        let mut place = 0;
+        promising.retain(|s| {
+            place += 1;
+            s.t.abs() > least_t || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
+        });
+        promising.truncate(SKETCHED_PER_ROUND);
+        promising
+    }
+
+    /// Whether a sketched law could pass the gates of size and training beside laws that are there already, where the fit begins
+    /// nearby: the sketch has let everything else follow along straight lines.
+    fn may_pass(&self, base: &Member, sketched: &Sketched<'_>) -> bool {
+        if base.laws.is_empty() {
+            return true;
+        }
+        let stack = self.study.stack(Role::Train);
+        let before = base.fitted.sum_of_squares;
+        let systematic = (before - stack.present() as f64).max(1.0);
+        let size = (before - sketched.left) / systematic;
+        let training = improvement(&stack, &base.fitted.records, &sketched.records, self.study.slowest_hz);
+        size > HOPEFUL * NOTICEABLE && training.t() > HOPEFUL * self.options.training_gate
+    }
+
     /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
-    fn fitted_ones(
-        &self,
-        base: &Member,
-        sketched: &[(f64, Physics, &Screened)],
-        own: &[Vec<f64>],
-    ) -> Vec<Tried> {
+    fn fitted_ones(&self, base: &Member, sketched: &[Sketched<'_>], own: &[Vec<f64>]) -> Vec<Tried> {
         let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter_map(|(_, physics, screened)| Some((self.begun(base, screened, physics, own)?, *screened)))
+            .filter(|_| base.laws.is_empty() || !self.is_over())
+            .filter_map(|Sketched { physics, screened, .. }| {
+                Some((self.begun(base, screened, physics, own)?, *screened))
+            })
             .collect();
         begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
         let best = begun.first().map_or(0.0, |(fitted, _)| before - fitted.sum_of_squares);
@@ -123,27 +175,24 @@ impl Search<'_> {
         base: &Member,
         screened: &'s Screened,
         absorbing: &Orthonormal,
-    ) -> Option<(f64, Physics, &'s Screened)> {
+    ) -> Option<Sketched<'s>> {
         let best = (&screened.trial, screened.factor);
         std::iter::once(best)
             .chain(screened.others.iter().map(|(trial, factor)| (trial, *factor)))
-            .filter_map(|(trial, factor)| {
-                self.sketch_from(base, screened.candidate, trial, factor, absorbing)
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(left, physics)| (left, physics, screened))
+            .filter_map(|(trial, factor)| self.sketch_from(base, screened, trial, factor, absorbing))
+            .min_by(|a, b| a.left.total_cmp(&b.left))
     }
 
-    fn sketch_from(
+    fn sketch_from<'s>(
         &self,
         base: &Member,
-        candidate: usize,
+        screened: &'s Screened,
         trial: &Trial,
         factor: f64,
         absorbing: &Orthonormal,
-    ) -> Option<(f64, Physics)> {
+    ) -> Option<Sketched<'s>> {
         let number = base.laws.len() + 1 + self.given_laws;
-        let candidate = &self.candidates[candidate];
+        let candidate = &self.candidates[screened.candidate];
         let mut physics = candidate.physics(trial, factor);
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
         let free =
@@ -158,7 +207,17 @@ impl Search<'_> {
                 physics.parameters.insert(name.to_owned(), *value);
             }
         }
-        Some((fitted.sum_of_squares, physics))
+        let mut records = fitted.records;
+        let mut residuals: Vec<f64> =
+            records.iter().flat_map(|record| record.residuals.iter().copied()).collect();
+        absorbing.remove_from(&mut residuals);
+        let mut rest = &residuals[..];
+        for record in &mut records {
+            let (own, others) = rest.split_at(record.residuals.len());
+            record.residuals.copy_from_slice(own);
+            rest = others;
+        }
+        Some(Sketched { left: fitted.sum_of_squares, physics, screened, records })
     }
 
     /// Begins the fit of one candidate on top of a set.
@@ -231,11 +290,25 @@ impl Search<'_> {
                 amplitudes: &amplitudes,
                 explained: base.fitted.sum_of_squares - member.fitted.sum_of_squares,
                 systematic: (base.fitted.sum_of_squares - noise).max(1.0),
+                held_out_share: held_out.map(|_| self.held_out_share(base, &member)),
                 closer,
             },
             self.options,
         );
         Tried { member, candidate, training, held_out, gates, parameters }
+    }
+}
+
+impl Search<'_> {
+    /// Share of what noise does not explain of the held-out recordings that one set takes off another's rest; what the better one
+    /// leaves below the noise counts as noise.
+    fn held_out_share(&self, without: &Member, with: &Member) -> f64 {
+        let left = |member: &Member| -> f64 {
+            member.held_out.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum()
+        };
+        let noise = self.study.stack(Role::HeldOut).present() as f64;
+        let (before, after) = (left(without), left(with));
+        (before - after) / (before - noise.min(after)).max(f64::MIN_POSITIVE)
     }
 }
 

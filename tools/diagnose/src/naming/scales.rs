@@ -7,7 +7,7 @@ use stillbeam_plant::StateSpace;
 use stillbeam_plant::catalogue::{Place, place_of};
 
 use crate::record::Record;
-use crate::simulation::Hypothesis;
+use crate::simulation::{Hypothesis, started_at};
 
 /// Sizes at one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,14 +34,16 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    /// From the linear model's motion over the recordings.
-    pub(crate) fn new(hypothesis: &Hypothesis, records: &[Record]) -> Option<Self> {
+    /// From the linear model's motion over the recordings, each begun from its own initial state: a free decay has no other motion.
+    pub(crate) fn new(hypothesis: &Hypothesis, records: &[Record], starts: &[Vec<f64>]) -> Option<Self> {
         let space = StateSpace::new(&hypothesis.model).ok()?;
         let mut scales = Self { outputs: vec![[0.0; 2]; space.outputs().len()], ..Self::default() };
-        for record in records {
+        for (record, start) in records.iter().zip(starts) {
             let zeros = vec![0.0; record.time_s.len()];
             let input = record.input.as_deref().unwrap_or(&zeros);
-            let start = space.rest_at(input.first().copied().unwrap_or(0.0));
+            let started = started_at(hypothesis, record, start)?;
+            let model = started.as_ref().unwrap_or(&hypothesis.model);
+            let start = space.initial(model, input.first().copied().unwrap_or(0.0)).ok()?;
             let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
             for (index, point) in space.points().iter().enumerate() {
                 let displacement = spread(&trace.displacements[index]);

@@ -8,7 +8,6 @@
 
 use std::collections::HashMap;
 use std::sync::Mutex;
-use std::time::Instant;
 
 use rayon::prelude::*;
 use stillbeam_plant::Model;
@@ -20,6 +19,7 @@ use super::trials::Candidate;
 use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
 use crate::options::Options;
+use crate::patience::Patience;
 use crate::stacking::RecordFit;
 use crate::study::Study;
 
@@ -52,8 +52,11 @@ pub(crate) struct Search<'s> {
     pub(crate) floors: Vec<Option<NoiseFloor>>,
     /// Whether that has changed since the search began.
     pub(crate) weighed_again: bool,
+    /// Initial states of held-out free decays under the refitted model, which have no rest to begin from; empty where a record
+    /// is driven.
+    pub(crate) held_out_starts: Vec<Vec<f64>>,
     /// When no further search is begun.
-    pub(crate) deadline: Option<Instant>,
+    pub(crate) patience: Patience,
     /// Rounds made since, by the laws of the set that they began from.
     pub(crate) rounds: Mutex<HashMap<Vec<usize>, Round>>,
 }
@@ -61,7 +64,7 @@ pub(crate) struct Search<'s> {
 impl Search<'_> {
     /// Whether no further search is to be begun.
     pub(crate) fn is_over(&self) -> bool {
-        self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
+        self.patience.is_over()
     }
 
     /// Adds, swaps and deletes until no law passes any more. The gates are run again in [`Search::judge`].
@@ -88,7 +91,12 @@ impl Search<'_> {
                 screened_first = screened;
                 tried_first.clone_from(&tried);
             }
-            let Some(best) = self.simplest_of_the_best(tried) else { break };
+            let Some(best) = self.simplest_of_the_best(tried) else {
+                if self.is_over() && !chosen.laws.is_empty() {
+                    left_out.push("further laws");
+                }
+                break;
+            };
             chosen = self.weighed_again(best.member);
             chosen = self.pruned(chosen);
             if chosen.laws.len() > 1 && self.is_over() {
@@ -96,6 +104,9 @@ impl Search<'_> {
             } else if chosen.laws.len() > 1 {
                 say("trying other laws in place of those chosen", done + 0.1);
                 chosen = self.swapped(chosen);
+                if self.is_over() {
+                    left_out.push("other laws in place of those chosen");
+                }
             }
         }
         Selection {
@@ -145,6 +156,9 @@ impl Search<'_> {
     /// Exchanges laws for others that fit better, one after another.
     fn swapped(&self, mut member: Member) -> Member {
         for place in 0..member.laws.len() {
+            if self.is_over() {
+                break;
+            }
             let Some(without) = self.without(&member, place) else { continue };
             let old = member.laws[place];
             let (_, tried) = self.round(&without);

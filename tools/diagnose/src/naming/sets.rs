@@ -58,7 +58,7 @@ impl Search<'_> {
     }
 
     pub(crate) fn member(&self, laws: Vec<usize>, fitted: Fitted) -> Option<Member> {
-        let held_out = self.study.stack(Role::HeldOut).evaluate(&fitted.hypothesis, &[])?;
+        let held_out = self.study.stack(Role::HeldOut).evaluate(&fitted.hypothesis, &self.held_out_starts)?;
         Some(Member { laws, fitted, held_out })
     }
 

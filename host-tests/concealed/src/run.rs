@@ -135,6 +135,9 @@ fn line(score: &Score, done: usize, cases: usize, left_s: f64) -> String {
     )
 }
 
+/// Share of a case's processor time after which the tool is to begin no further search; the rest is for judging what it found.
+const SEARCHING: f64 = 0.6;
+
 impl Bench {
     /// One case's score, and whether it was worked out now; `None` where it is too late to begin.
     fn one(&self, number: usize, late: bool) -> Result<Option<(Score, bool)>, BenchError> {
@@ -178,6 +181,8 @@ impl Bench {
         let mut command = Command::new(&self.tool);
         command.arg("diagnose").arg(MODEL).args(of(Role::Train)).arg("--held-out").args(of(Role::HeldOut));
         command.args(["--json", ANSWER, "--extended-model", EXTENDED]);
+        // As somebody with so much time would: no new search near its end, and an answer.
+        command.arg("--processor-limit").arg(format!("{:.1}", SEARCHING * self.limit_s));
         let Finished { how, seconds } = self.run_tool(command, folder, self.limit_s)?;
         let answer = match &how {
             Ended::Well => fs::read_to_string(folder.join(ANSWER)).ok().and_then(|text| Answer::read(&text)),

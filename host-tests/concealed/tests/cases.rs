@@ -50,6 +50,15 @@ fn a_loop_comes_with_its_reference_and_a_decay_without_any_input() {
     assert!(!text.contains("[input]") && !text.contains("[controller]"), "{text}");
 }
 
+/// Hardly a law of a slide in a position loop hides from a refit of one recording: case 31 asks for one that does, and gets it from
+/// another family.
+#[test]
+fn a_kind_that_a_family_does_not_have_is_drawn_from_another() {
+    let case = make(1, 31).unwrap();
+    assert_eq!(case.truth.concealment, Concealment::Absorbed);
+    assert!(case.truth.measured.hidden_share.iter().all(|share| *share >= 0.7));
+}
+
 #[test]
 fn a_case_repeats_with_its_seed() {
     assert_eq!(make(5, 4).unwrap(), make(5, 4).unwrap());

@@ -1,8 +1,8 @@
 //! Cases are what they are said to be, repeat with their seed, and hold nothing that a lab would not have.
 
-use stillbeam_concealed::case::Concealment;
 use stillbeam_concealed::case::maker::make;
 use stillbeam_concealed::case::model_text::model_text;
+use stillbeam_concealed::case::{Concealment, Role};
 
 /// The published seed's first round, one of every kind.
 #[test]
@@ -57,6 +57,25 @@ fn a_kind_that_a_family_does_not_have_is_drawn_from_another() {
     let case = make(1, 31).unwrap();
     assert_eq!(case.truth.concealment, Concealment::Absorbed);
     assert!(case.truth.measured.hidden_share.iter().all(|share| *share >= 0.7));
+}
+
+/// The first drawing of case 3 of seed 2 is a base that two frictions hold fast: 12 micrometres of noise, and nothing else, where the
+/// lab's model moves 9 mm.
+#[test]
+fn a_machine_that_friction_holds_fast_is_drawn_again() {
+    let case = make(2, 3).unwrap();
+    for role in [Role::Train, Role::HeldOut] {
+        for (index, channel) in case.truth.channels.iter().enumerate() {
+            let swings: Vec<f64> = case
+                .runs
+                .iter()
+                .filter(|run| run.plan.role == role)
+                .map(|run| run.noise_free[index].iter().fold(0.0, |most: f64, y| most.max(y.abs())))
+                .collect();
+            let most = swings.iter().fold(0.0, |most: f64, swing| most.max(*swing));
+            assert!(most > 10.0 * channel.device.noise_rms, "{role:?} {}: {most}", channel.column);
+        }
+    }
 }
 
 #[test]

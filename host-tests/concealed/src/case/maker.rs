@@ -22,6 +22,9 @@ pub(super) const RATE_HZ: f64 = 100.0;
 /// What a linear refit may leave of a truth without left-out physics, in units of the noise. With a few thousand readings a
 /// systematic 3 % of the noise stays within three of its standard errors.
 const GOOD_ENOUGH: f64 = 0.03;
+/// How far a machine has to move in its training recordings, and in its held-out ones, in units of the noise: a lab whose friction
+/// holds the machine fast drives it harder before it asks anybody what is missing.
+const LEAST_MOTION: f64 = 10.0;
 
 /// A case that could not be drawn.
 #[derive(Debug, Error)]
@@ -177,6 +180,9 @@ impl Bench {
         let rig = Rig::new(&self.kind, &all)?;
         let runs: Vec<MadeRun> =
             self.plans.iter().map(|plan| self.recorded(&rig, plan, random)).collect::<Option<_>>()?;
+        if !self.moves(&runs) {
+            return None;
+        }
         let wrong = match self.concealment {
             Concealment::Null => 0.2,
             Concealment::Decoy => 2.0,
@@ -200,6 +206,20 @@ impl Bench {
             },
             nominal: nominal(&self.kind, self.modes, wrong, random),
             runs,
+        })
+    }
+
+    /// Whether every channel has something to show in the recordings of each role.
+    fn moves(&self, runs: &[MadeRun]) -> bool {
+        [Role::Train, Role::HeldOut].into_iter().all(|role| {
+            self.channels.iter().enumerate().all(|(channel, Channel { device, .. })| {
+                let swings: Vec<f64> = runs
+                    .iter()
+                    .filter(|run| run.plan.role == role)
+                    .map(|run| swing(&run.noise_free[channel]))
+                    .collect();
+                pooled(&swings) >= LEAST_MOTION * device.noise_rms
+            })
         })
     }
 
@@ -252,6 +272,12 @@ pub fn input_column(kind: &Kind) -> Option<&'static str> {
 
 pub(super) fn training(plans: &[RunPlan]) -> impl Iterator<Item = &RunPlan> {
     plans.iter().filter(|plan| plan.role == Role::Train)
+}
+
+/// Root mean square about the mean.
+fn swing(readings: &[f64]) -> f64 {
+    let mean = readings.iter().sum::<f64>() / readings.len().max(1) as f64;
+    pooled(&readings.iter().map(|reading| reading - mean).collect::<Vec<_>>())
 }
 
 /// Root mean square of root mean squares.

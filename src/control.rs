@@ -17,7 +17,7 @@ use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseScale, Pulses};
-use crate::shaper::{Cascade, Shaping};
+use crate::shaper::{Cascade, Fade, Shaping};
 use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
 
@@ -28,8 +28,8 @@ pub enum Request<'m> {
     Start(MotionPlan<'m>),
     /// Bring the command to rest.
     Stop,
-    /// Shape with this cascade from now on.
-    Shape(Cascade<'m>),
+    /// Shape with this cascade from now on, the command's motion going over like this.
+    Shape(Cascade<'m>, Fade),
     /// Brake, guard and put out like this from now on.
     Configure(Setup),
     /// Hold the setpoint and disable the drive at once.
@@ -267,6 +267,8 @@ impl<'m> Controller<'m> {
             // Planned from rest, which a fault has ended since.
             Request::Start(plan) if self.latch.fault().is_some() => self.give_back(plan.into_memory()),
             Request::Start(plan) => {
+                // Planned at rest, where a lag has nothing left to hold back.
+                self.shaping.end_lag();
                 // Where a stop ended need not be a whole nanometre; a motion begins at one.
                 self.recent = [self.command.into(); 3];
                 self.braking = self.setup.braking;
@@ -277,10 +279,10 @@ impl<'m> Controller<'m> {
                     self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking)));
                 }
             }
-            Request::Shape(cascade) => {
+            Request::Shape(cascade, fade) => {
                 // The console owns the second history only while no handover is under way, so the cascade
                 // is accepted; were it not, its memory would go back at once.
-                let replaced = match self.shaping.hand_over(cascade, self.command, self.quiet_ticks) {
+                let replaced = match self.shaping.hand_over(cascade, fade, self.command, self.quiet_ticks) {
                     Ok(replaced) => replaced,
                     Err(refused) => Some(refused.history),
                 };

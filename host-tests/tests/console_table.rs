@@ -113,7 +113,7 @@ fn a_commit_while_moving_neither_jumps_nor_misses() {
     let setpoints = bench.run_to_rest();
     assert_eq!(setpoints.last(), Some(&50_000_000));
     let step = setpoints.windows(2).map(|pair| (pair[1] - pair[0]).abs()).max();
-    assert!(step <= Some(2 * 5000 + 8), "20 mm/s are 5 um a tick: {step:?} nm");
+    assert!(step <= Some(5000 + 8), "20 mm/s are 5 um a tick: {step:?} nm");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use stillbeam_firmware::machine::HISTORY_SAMPLES;
-use stillbeam_firmware::shaper::{Cascade, Mode, ShaperTable, ShaperType, Shaping};
+use stillbeam_firmware::shaper::{Cascade, Fade, Mode, ShaperTable, ShaperType, Shaping, Transition};
 use stillbeam_firmware::units::{Nanometres, TickRate};
 
 fn table(modes: &[(f64, f64, usize)], rate_hz: f64) -> ShaperTable {
@@ -119,7 +119,8 @@ proptest! {
         for (modes, ticks) in tables {
             if let Some(history) = spare.take() {
                 let cascade = Cascade::new(&table(&modes, 1000.0), history).expect("fits");
-                spare = shaping.hand_over(cascade, Nanometres(held_nm), quiet).expect("none under way");
+                let handed = shaping.hand_over(cascade, Fade::over(9), Nanometres(held_nm), quiet);
+                spare = handed.expect("none under way");
             }
             for _ in 0..ticks {
                 let (setpoint, retired) = shaping.step(Nanometres(held_nm));
@@ -130,58 +131,121 @@ proptest! {
         }
     }
 
-    /// Tables changed at random moments of a monotonic move: no jump, no overshoot, exact end.
+    /// Tables changed at random moments of a monotonic motion of any speeds: the setpoint never moves further in a tick than the
+    /// command has moved in one, does not overshoot, and ends exactly. Its speed changes gradually.
     #[test]
     fn tables_changed_while_moving_neither_jump_nor_overshoot_nor_miss(
         changes in prop::collection::vec((modes(), 0..300_usize), 1..6),
         from_nm in -400_000_000..400_000_000_i32,
-        step_nm in -100_000..100_000_i32,
-        moving_ticks in 1..900_usize,
+        backwards in any::<bool>(),
+        speeds in prop::collection::vec((0..100_000_i32, 1..300_usize), 1..6),
     ) {
-        let identity = ShaperTable::identity(TickRate::DEFAULT);
-        let mut first = vec![3; HISTORY_SAMPLES];
-        let mut second = vec![-3; HISTORY_SAMPLES];
-        let cascade = Cascade::new(&identity, &mut first).expect("fits");
-        let mut shaping = Shaping::at_rest(cascade, Nanometres(from_nm));
-        let mut spare = Some(&mut second[..]);
-        let mut command_nm = from_nm;
-        let mut previous_nm = from_nm;
-        let mut quiet = u32::MAX;
-        let to_nm = from_nm + step_nm * moving_ticks as i32;
-        let hull_nm = from_nm.min(to_nm)..=from_nm.max(to_nm);
-        let mut changes = changes.into_iter();
-        let mut next_change = changes.next();
-        let mut tick = 0;
+        let sign = if backwards { -1 } else { 1 };
+        let steps_nm: Vec<i32> =
+            speeds.iter().flat_map(|(step_nm, ticks)| std::iter::repeat_n(sign * step_nm, *ticks)).collect();
+        let most_nm = steps_nm.iter().map(|step_nm| i64::from(step_nm.abs())).max().unwrap_or(0);
+        let to_nm = from_nm + steps_nm.iter().sum::<i32>();
+        let hull_nm = from_nm.min(to_nm) - 8..=from_nm.max(to_nm) + 8;
+        let mut machine = Changing::new(from_nm);
+        let mut changes = changes.into_iter().peekable();
         let mut last_change = 0;
-        while tick < moving_ticks + 5000 {
-            if let Some((modes, wait)) = &next_change
-                && tick >= last_change + wait
-                && let Some(history) = spare.take()
+        let mut previous_nm = from_nm;
+        for tick in 0..steps_nm.len() + 9000 {
+            if changes.peek().is_some_and(|(_, wait)| tick >= last_change + wait)
+                && machine.spare.is_some()
+                && let Some((modes, _)) = changes.next()
             {
-                let table = table(modes, 1000.0);
-                let cascade = Cascade::new(&table, history).expect("fits");
-                spare = shaping.hand_over(cascade, Nanometres(command_nm), quiet).expect("none under way");
+                machine.change(table(&modes, 1000.0), 0);
                 last_change = tick;
-                next_change = changes.next();
             }
-            if tick < moving_ticks {
-                command_nm += step_nm;
-                quiet = 0;
-            } else {
-                quiet = quiet.saturating_add(1);
-            }
-            let (setpoint, retired) = shaping.step(Nanometres(command_nm));
-            spare = spare.or(retired);
-            // Before and after a handover each step at most the command's, and four stages' rounding each.
-            let moved_nm = (i64::from(setpoint.0) - i64::from(previous_nm)).abs();
-            prop_assert!(moved_nm <= 2 * i64::from(step_nm.abs()) + 16, "{moved_nm} nm in one tick");
-            let slack = 8;
-            prop_assert!((hull_nm.start() - slack..=hull_nm.end() + slack).contains(&setpoint.0));
-            previous_nm = setpoint.0;
-            tick += 1;
+            let setpoint_nm = machine.step(steps_nm.get(tick).copied().unwrap_or(0));
+            // Rounding: each of two cascades up to five stages, and the split.
+            let moved_nm = (i64::from(setpoint_nm) - i64::from(previous_nm)).abs();
+            prop_assert!(moved_nm <= most_nm + 16, "{moved_nm} nm in one tick, the command {most_nm} nm");
+            prop_assert!(hull_nm.contains(&setpoint_nm));
+            previous_nm = setpoint_nm;
         }
         prop_assert_eq!(previous_nm, to_nm);
-        prop_assert!(spare.is_some(), "the replaced history came back");
+        prop_assert!(machine.spare.is_some(), "the replaced history came back");
+        // At rest the lag ends, and nothing moves.
+        machine.shaping.end_lag();
+        for _ in 0..300 {
+            prop_assert_eq!(machine.step(0), to_nm);
+        }
+    }
+
+    /// At constant speed, long after the start, a change of tables changes the setpoint's speed by no more per tick than the
+    /// command's speed over the length of the fade.
+    #[test]
+    fn a_change_of_tables_at_constant_speed_is_gradual(
+        before in modes(),
+        after in modes(),
+        step_nm in -200_000..200_000_i32,
+        least_ticks in 1..2000_u32,
+    ) {
+        let mut machine = Changing::new(0);
+        machine.change(table(&before, 1000.0), 0);
+        for _ in 0..2500 {
+            machine.step(step_nm / 2);
+        }
+        machine.shaping.end_lag();
+        let (mut here_nm, mut moved_nm) = (machine.step(0), 0);
+        // Past the old table's own start.
+        for tick in 0..2500 {
+            let setpoint_nm = machine.step(step_nm);
+            (here_nm, moved_nm) = (setpoint_nm, if tick == 0 { 0 } else { setpoint_nm - here_nm });
+        }
+        prop_assert!((moved_nm - step_nm).abs() <= 8);
+        let fade_ticks = machine.change(table(&after, 1000.0), least_ticks).max(least_ticks);
+        let most_nm = f64::from(step_nm).abs() / f64::from(fade_ticks) + 32.0;
+        for _ in 0..4000 {
+            let setpoint_nm = machine.step(step_nm);
+            let now_nm = setpoint_nm - here_nm;
+            prop_assert!(f64::from((now_nm - moved_nm).abs()) <= most_nm, "{moved_nm} then {now_nm}");
+            (here_nm, moved_nm) = (setpoint_nm, now_nm);
+        }
+    }
+}
+
+/// A machine whose tables change, with both histories.
+struct Changing {
+    shaping: Shaping<'static>,
+    spare: Option<&'static mut [i32]>,
+    table: ShaperTable,
+    lag_ticks: u32,
+    command_nm: i32,
+    quiet_ticks: u32,
+}
+
+impl Changing {
+    fn new(from_nm: i32) -> Self {
+        let table = ShaperTable::identity(TickRate::DEFAULT);
+        let [first, second] = [3, -3].map(|garbage| &mut *vec![garbage; HISTORY_SAMPLES].leak());
+        let cascade = Cascade::new(&table, first).expect("fits");
+        let shaping = Shaping::at_rest(cascade, Nanometres(from_nm));
+        Self { shaping, spare: Some(second), table, lag_ticks: 0, command_nm: from_nm, quiet_ticks: u32::MAX }
+    }
+
+    /// Takes another table; returns how long the fade is at least.
+    fn change(&mut self, table: ShaperTable, least_ticks: u32) -> u32 {
+        let Transition { lag_ticks, fade } =
+            Transition::between(&self.table, self.lag_ticks, &table, least_ticks);
+        let history = self.spare.take().expect("no change is under way");
+        let cascade = Cascade::with_lag(&table, lag_ticks, history).expect("fits");
+        let command = Nanometres(self.command_nm);
+        self.spare =
+            self.shaping.hand_over(cascade, fade, command, self.quiet_ticks).expect("none under way");
+        let longer = (self.table.duration_ticks() + self.lag_ticks).max(table.duration_ticks() + lag_ticks);
+        (self.table, self.lag_ticks) = (table, lag_ticks);
+        longer
+    }
+
+    fn step(&mut self, moved_nm: i32) -> i32 {
+        self.command_nm += moved_nm;
+        self.quiet_ticks = if moved_nm == 0 { self.quiet_ticks.saturating_add(1) } else { 0 };
+        let (setpoint, retired) = self.shaping.step(Nanometres(self.command_nm));
+        self.spare = self.spare.take().or(retired);
+        setpoint.0
     }
 }
 

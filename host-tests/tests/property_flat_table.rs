@@ -3,7 +3,9 @@
 use proptest::prelude::*;
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::table::{MAX_ABSOLUTE_SUM, MAX_TABLE_TAPS};
-use stillbeam_firmware::shaper::{Cascade, Mode, ShaperTable, ShaperType, Shaping, Tap, TapsError};
+use stillbeam_firmware::shaper::{
+    Cascade, Mode, ShaperTable, ShaperType, Shaping, Tap, TapsError, Transition,
+};
 use stillbeam_firmware::units::{Nanometres, TickRate};
 
 const RATE: TickRate = TickRate::DEFAULT;
@@ -65,6 +67,39 @@ proptest! {
         for tick in 0..command_nm.len() {
             prop_assert_eq!(cascade.step(command_nm[tick]), convolved(&taps, &command_nm, tick));
         }
+    }
+
+    /// With negative taps a tick may move the setpoint by the sum of the taps' magnitudes times what the command moves, and changing
+    /// from one such table to another during a move makes it no more.
+    #[test]
+    fn changed_while_moving_the_setpoint_moves_no_further_than_either_table_allows(
+        old in taps(-WEIGHT_ONE),
+        new in taps(-WEIGHT_ONE),
+        step_nm in -10_000..10_000_i32,
+        (before, after) in (1..2000_usize, 1..2000_usize),
+    ) {
+        let (Ok(old), Ok(new)) = (flat(&old), flat(&new)) else { return Ok(()) };
+        let Transition { lag_ticks, fade } = Transition::between(&old, 0, &new, 1);
+        let mut first = vec![0; old.history_samples()];
+        let mut second = vec![0; Cascade::words_with_lag(&new, lag_ticks)];
+        let mut shaping = Shaping::at_rest(Cascade::new(&old, &mut first).expect("fits"), Nanometres(0));
+        let mut next = Some(Cascade::with_lag(&new, lag_ticks, &mut second).expect("fits"));
+        let gain = old.absolute_gain().max(new.absolute_gain());
+        let (mut command_nm, mut previous_nm) = (0, 0);
+        for tick in 0..before + after + 200_000 {
+            if tick == before
+                && let Some(next) = next.take()
+            {
+                let handed = shaping.hand_over(next, fade, Nanometres(command_nm), 0);
+                prop_assert!(handed.expect("none under way").is_none());
+            }
+            command_nm += if tick < before + after { step_nm } else { 0 };
+            let (setpoint, _) = shaping.step(Nanometres(command_nm));
+            let moved_nm = f64::from((setpoint.0 - previous_nm).abs());
+            prop_assert!(moved_nm <= gain * (f64::from(step_nm.abs()) + 2.0) + 4.0, "{moved_nm} nm of {step_nm}");
+            previous_nm = setpoint.0;
+        }
+        prop_assert_eq!(previous_nm, command_nm);
     }
 
     #[test]

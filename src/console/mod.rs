@@ -91,6 +91,8 @@ pub struct Console<'m> {
     drawing: Option<MultisineDrawing<'m>>,
     shaper_on: bool,
     table: ShaperTable,
+    /// How much further back it looks until the next motion, for it was taken during one.
+    lag_ticks: u32,
     /// The table that `shaper.source` may select.
     uploaded: Option<UploadedTable>,
     /// The table or plan on its way, and what has come of it.
@@ -136,6 +138,7 @@ impl<'m> Console<'m> {
             drawing: None,
             shaper_on: true,
             table,
+            lag_ticks: 0,
             uploaded: None,
             upload: None,
             arriving,

@@ -53,6 +53,8 @@ pub struct Cascade<'m> {
     /// Where in the ring the newest sample of the first stage is.
     newest: u16,
     duration_ticks: u32,
+    /// By how much the first stage, which does nothing else, delays.
+    lag_ticks: u32,
 }
 
 /// The memory that was to hold the histories is too small.
@@ -67,8 +69,12 @@ pub struct HistoryTooShort<'m> {
 impl<'m> Cascade<'m> {
     /// How many words of memory a table takes.
     pub(super) fn words(table: &ShaperTable) -> usize {
-        let blocks: usize = table.stages().map(|stage| 1 + groups(stage).count()).sum();
-        ring_samples(table).saturating_add(BLOCK * blocks + REPEATED)
+        words(table.stages())
+    }
+
+    /// How many words of memory a table takes that looks `lag_ticks` further back.
+    pub fn words_with_lag(table: &ShaperTable, lag_ticks: u32) -> usize {
+        words(with_lag(table, &lag(lag_ticks)))
     }
 
     /// Makes `table` ready to run in `history`, all past samples being zero. Takes time in proportion to
@@ -78,7 +84,21 @@ impl<'m> Cascade<'m> {
     /// [`HistoryTooShort`] returns the memory when [`ShaperTable::history_samples`] do not fit into it; of a memory
     /// only the first 65 535 words are used.
     pub fn new(table: &ShaperTable, history: &'m mut [i32]) -> Result<Self, HistoryTooShort<'m>> {
-        let needed = table.history_samples();
+        Self::with_lag(table, 0, history)
+    }
+
+    /// The same, for a table that looks `lag_ticks` further back until [`Self::end_lag`].
+    ///
+    /// # Errors
+    /// As [`Self::new`], with [`Self::words_with_lag`].
+    pub fn with_lag(
+        table: &ShaperTable,
+        lag_ticks: u32,
+        history: &'m mut [i32],
+    ) -> Result<Self, HistoryTooShort<'m>> {
+        let lag = lag(lag_ticks);
+        let stages = with_lag(table, &lag);
+        let needed = words(stages.clone());
         if needed > history.len() || needed > usize::from(u16::MAX) {
             return Err(HistoryTooShort { needed, history });
         }
@@ -92,7 +112,7 @@ impl<'m> Cascade<'m> {
                 blocks += 1;
             }
         };
-        for stage in table.stages() {
+        for stage in stages.clone() {
             let now = stage.taps().first().filter(|tap| tap.delay_ticks == 0);
             write([now.map_or(0, |tap| tap.weight), 0, 0, 0, delay + STAGE]);
             for Group { oldest_delay, weights: [oldest, older, younger, youngest] } in groups(stage) {
@@ -101,13 +121,14 @@ impl<'m> Cascade<'m> {
             // All delays are below `needed`.
             delay += own_samples(stage) as i32;
         }
-        let (samples, duration_ticks) = (ring_samples(table) as u16, table.duration_ticks());
-        Ok(Self { memory: history, blocks, samples, newest: 0, duration_ticks })
+        let samples = ring_samples(stages) as u16;
+        let duration_ticks = table.duration_ticks().saturating_add(lag_ticks);
+        Ok(Self { memory: history, blocks, samples, newest: 0, duration_ticks, lag_ticks })
     }
 
     /// The cascade that changes nothing, holding on to `history`.
     pub fn identity(history: &'m mut [i32]) -> Self {
-        Self { memory: history, blocks: 0, samples: 0, newest: 0, duration_ticks: 0 }
+        Self { memory: history, blocks: 0, samples: 0, newest: 0, duration_ticks: 0, lag_ticks: 0 }
     }
 
     /// The memory, for the next table.
@@ -118,6 +139,23 @@ impl<'m> Cascade<'m> {
     /// How many ticks after its last change the input still moves the output.
     pub fn duration_ticks(&self) -> u32 {
         self.duration_ticks
+    }
+
+    /// From now on the table looks no further back than it does at rest. Nothing moves if the input has been constant for
+    /// [`Self::duration_ticks`], for then all of the ring is that constant.
+    pub fn end_lag(&mut self) {
+        if self.lag_ticks == 0 {
+            return;
+        }
+        self.duration_ticks -= self.lag_ticks;
+        self.lag_ticks = 0;
+        // The stage's own block and its group.
+        if let Some([[now, ..], [weights @ .., _], ..]) =
+            self.memory.as_chunks_mut::<BLOCK>().0.first_chunk_mut::<2>()
+        {
+            *now = WEIGHT_ONE;
+            weights.fill(0);
+        }
     }
 
     /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can, ends there.
@@ -248,9 +286,26 @@ fn own_samples(stage: StageTaps<'_>) -> usize {
     (stage.duration_ticks() as usize).saturating_add(1)
 }
 
-/// Samples in a table's ring; those of a group are all different.
-fn ring_samples(table: &ShaperTable) -> usize {
-    table.stages().map(own_samples).fold(0, usize::saturating_add).max(WIDTH)
+/// Samples in the ring of these stages; those of a group are all different.
+fn ring_samples<'t>(stages: impl Iterator<Item = StageTaps<'t>>) -> usize {
+    stages.map(own_samples).fold(0, usize::saturating_add).max(WIDTH)
+}
+
+/// Words of memory for these stages.
+fn words<'t>(stages: impl Iterator<Item = StageTaps<'t>> + Clone) -> usize {
+    let blocks: usize = stages.clone().map(|stage| 1 + groups(stage).count()).sum();
+    ring_samples(stages).saturating_add(BLOCK * blocks + REPEATED)
+}
+
+/// The only tap of a stage that delays.
+fn lag(lag_ticks: u32) -> [Tap; 1] {
+    [Tap { delay_ticks: lag_ticks, weight: WEIGHT_ONE }]
+}
+
+/// The stages of `table` behind one that delays, if it does.
+fn with_lag<'t>(table: &'t ShaperTable, lag: &'t [Tap; 1]) -> impl Iterator<Item = StageTaps<'t>> + Clone {
+    let stage = StageTaps::new(lag);
+    Some(stage).filter(|stage| stage.duration_ticks() > 0).into_iter().chain(table.stages())
 }
 
 /// Up to [`WIDTH`] taps on neighbouring ticks.

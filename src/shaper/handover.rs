@@ -1,16 +1,15 @@
 //! Taking a new table without a jump, at rest and while moving.
 //!
-//! Shaping is linear, so the command may be cut in two at the tick T of the handover: the part up to T,
-//! held at its last value from then on, and the increment after T. The old cascade goes on with the
-//! first part and the new one, its histories zero, shapes the second. The setpoint is their sum. Each part is
-//! shaped by one whole shaper, so neither leaves vibration at the modes its shaper was designed for, nothing
-//! jumps, and once the old cascade has run out it contributes a constant, the origin of the new one.
-//! docs/derivations.md bounds the step: with non-negative taps the setpoint moves in one tick by at most the
-//! largest step of the command before T plus the largest after it, and it stays between the ends of a
-//! monotonic command. A command that reverses while the old cascade runs out could overshoot its own range,
-//! which is why [`crate::control`] takes tables at rest and during moves, not during sweeps.
+//! Shaping is linear, so the command may be split in two: of what it moves in each tick after the handover the old cascade
+//! gets a share that falls to nothing, and the new one, its histories zero, gets the rest. The setpoint is the sum of what they make of
+//! it. Each part is shaped by one whole shaper, so neither leaves vibration at the modes its shaper was designed for,
+//! nothing jumps, speeds change gradually, and once the old cascade has run out it contributes a constant, the origin of
+//! the new one. With the lag and the fade of a [`super::Transition`] the setpoint never moves faster than the command has, and it stays
+//! between the ends of a monotonic command (docs/derivations.md). A command that reverses meanwhile could overshoot its own
+//! range, which is why [`crate::control`] takes tables at rest and during moves, not during sweeps.
 
 use super::cascade::Cascade;
+use super::transition::{Fade, Share};
 use crate::units::Nanometres;
 
 /// The live cascade, and for a while the one it replaced.
@@ -27,7 +26,12 @@ pub struct Shaping<'m> {
 struct Outgoing<'m> {
     cascade: Cascade<'m>,
     origin_nm: i32,
-    held_input_nm: i32,
+    /// What it has been given of the command, from its origin.
+    input_nm: i32,
+    share: Share,
+    /// The whole command in the last tick.
+    command_nm: i32,
+    /// Until it has run out, if it is given nothing more.
     ticks_left: u32,
 }
 
@@ -55,7 +59,7 @@ impl<'m> Shaping<'m> {
     }
 
     /// Lets `next` shape what the command does after `command`, its position in the last tick, for
-    /// `quiet_ticks` of which it has been constant. Returns the replaced cascade's memory where that no
+    /// `quiet_ticks` of which it has been constant, as `fade` gives it over. Returns the replaced cascade's memory where that no
     /// longer moves the setpoint; otherwise [`Self::step`] will, when it has run out.
     ///
     /// # Errors
@@ -63,21 +67,24 @@ impl<'m> Shaping<'m> {
     pub fn hand_over(
         &mut self,
         next: Cascade<'m>,
+        fade: Fade,
         command: Nanometres,
         quiet_ticks: u32,
     ) -> Result<Option<&'m mut [i32]>, HandoverUnderWay<'m>> {
         if self.outgoing.is_some() {
             return Err(HandoverUnderWay { history: next.into_history() });
         }
-        let settled = self.is_settled(quiet_ticks);
+        // A shaper that changes nothing has always run out, and may move all the same.
+        let settled = quiet_ticks > 0 && self.is_settled(quiet_ticks);
         let origin_nm = core::mem::replace(&mut self.origin_nm, command.0);
         let cascade = core::mem::replace(&mut self.active, next);
         if settled {
             return Ok(Some(cascade.into_history()));
         }
         let ticks_left = cascade.duration_ticks();
-        let held_input_nm = command.0 - origin_nm;
-        self.outgoing = Some(Outgoing { cascade, origin_nm, held_input_nm, ticks_left });
+        let (input_nm, command_nm) = (command.0 - origin_nm, command.0);
+        self.outgoing =
+            Some(Outgoing { cascade, origin_nm, input_nm, share: fade.start(), command_nm, ticks_left });
         Ok(None)
     }
 
@@ -85,16 +92,42 @@ impl<'m> Shaping<'m> {
     /// out, its memory.
     #[inline]
     pub fn step(&mut self, command: Nanometres) -> (Nanometres, Option<&'m mut [i32]>) {
-        let shaped_nm = self.active.step(command.0 - self.origin_nm);
-        let Some(outgoing) = &mut self.outgoing else {
-            return (Nanometres(self.origin_nm.saturating_add(shaped_nm)), None);
-        };
-        if outgoing.ticks_left == 0 {
-            let retired = self.outgoing.take().map(|outgoing| outgoing.cascade.into_history());
-            return (Nanometres(self.origin_nm.saturating_add(shaped_nm)), retired);
+        if self.outgoing.is_some() {
+            return self.step_both(command);
         }
-        outgoing.ticks_left -= 1;
-        let held_nm = outgoing.cascade.step(outgoing.held_input_nm);
-        (Nanometres(outgoing.origin_nm.saturating_add(held_nm).saturating_add(shaped_nm)), None)
+        let shaped_nm = self.active.step(command.0 - self.origin_nm);
+        (Nanometres(self.origin_nm.saturating_add(shaped_nm)), None)
+    }
+
+    /// A tick of a handover. Apart from the others, which then are as short as if there were none.
+    #[cold]
+    #[inline(never)]
+    fn step_both(&mut self, command: Nanometres) -> (Nanometres, Option<&'m mut [i32]>) {
+        let mut base_nm = self.origin_nm;
+        let mut retired = None;
+        if let Some(outgoing) = &mut self.outgoing {
+            let before_nm = core::mem::replace(&mut outgoing.command_nm, command.0);
+            let kept_nm = outgoing.share.of(command.0 - before_nm);
+            if kept_nm != 0 {
+                outgoing.input_nm += kept_nm;
+                self.origin_nm += kept_nm;
+                outgoing.ticks_left = outgoing.cascade.duration_ticks();
+            }
+            if kept_nm == 0 && outgoing.ticks_left == 0 {
+                retired = self.outgoing.take().map(|outgoing| outgoing.cascade.into_history());
+            } else {
+                outgoing.ticks_left = outgoing.ticks_left.saturating_sub(1);
+                let held_nm = outgoing.cascade.step(outgoing.input_nm);
+                base_nm = outgoing.origin_nm.saturating_add(held_nm);
+            }
+        }
+        let shaped_nm = self.active.step(command.0 - self.origin_nm);
+        (Nanometres(base_nm.saturating_add(shaped_nm)), retired)
+    }
+
+    /// Ends the lag that the active cascade has had since it was taken while the command moved. Nothing moves if
+    /// [`Self::is_settled`].
+    pub fn end_lag(&mut self) {
+        self.active.end_lag();
     }
 }

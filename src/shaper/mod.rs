@@ -14,6 +14,7 @@ pub mod residual;
 pub mod stage;
 pub mod table;
 mod tick_grid;
+pub mod transition;
 pub mod uploaded;
 pub mod wire;
 
@@ -23,6 +24,7 @@ pub use handover::Shaping;
 pub use mode::{KnownTypes, Mode, ModeError, ShaperType};
 pub use stage::{Stage, StageTaps, Tap};
 pub use table::{ShaperTable, TapsError};
+pub use transition::{Fade, Transition};
 pub use uploaded::UploadedTable;
 
 /// The most modes that one table shapes.

@@ -43,6 +43,8 @@ impl<'m> Console<'m> {
     ) -> Result<(), CommandError<'static>> {
         let announced = Announced::of(&plan, self.table.duration_ticks());
         self.request(command, Request::Start(plan))?;
+        // The interrupt ends it now.
+        self.lag_ticks = 0;
         announced.say(command, context, out);
         Ok(())
     }

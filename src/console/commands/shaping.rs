@@ -9,9 +9,10 @@ use crate::console::error::{Busy, CommandError};
 use crate::console::upload::{UploadError, UploadKind};
 use crate::control::Request;
 use crate::decimal::Decimal;
+use crate::motion::MoveLimits;
 use crate::settings::{Settings, ShaperSource};
 use crate::shaper::table::TableError;
-use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable};
+use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable, Transition};
 use crate::telemetry::Activity;
 use crate::units::TickRate;
 
@@ -32,16 +33,19 @@ impl Console<'_> {
 
     pub(super) fn say_table(&self, command: &str, out: &mut dyn Write) {
         let table = &self.table;
-        say(
+        let _best_effort = write!(
             out,
-            format_args!(
-                "ok {command} crc32=0x{:08x} modes={} duration_ms={:.3} delay_ms={:.3}",
-                table.crc32(),
-                table.stages().len(),
-                Decimal(table.duration_s() * 1e3),
-                Decimal(table.delay_s() * 1e3)
-            ),
+            "ok {command} crc32=0x{:08x} modes={} duration_ms={:.3} delay_ms={:.3}",
+            table.crc32(),
+            table.stages().len(),
+            Decimal(table.duration_s() * 1e3),
+            Decimal(table.delay_s() * 1e3)
         );
+        if self.lag_ticks > 0 {
+            let lag_s = table.tick_rate().seconds(self.lag_ticks);
+            let _best_effort = write!(out, " lag_ms={:.3}", Decimal(lag_s * 1e3));
+        }
+        say(out, format_args!(""));
     }
 
     /// Builds everything that `settings` need and hands it to the interrupt, or refuses and changes nothing.
@@ -66,7 +70,9 @@ impl Console<'_> {
         self.check_outputs(settings, tick_rate, command)?;
         let table =
             if shaper_on { self.shaper(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
-        let (needed, available) = (table.history_samples(), self.history_samples);
+        let transition = self.transition(&table);
+        let available = self.history_samples;
+        let needed = Cascade::words_with_lag(&table, transition.lag_ticks);
         if needed > available {
             return Err(CommandError::Memory { needed, available, tick_rate });
         }
@@ -75,7 +81,7 @@ impl Console<'_> {
         let Some(history) = history else {
             return Err(CommandError::Busy { command, reason: Busy::Handover });
         };
-        let cascade = match Cascade::new(&table, history) {
+        let cascade = match Cascade::with_lag(&table, transition.lag_ticks, history) {
             Ok(cascade) => cascade,
             Err(refused) => {
                 self.spare_history = Some(refused.history);
@@ -83,10 +89,21 @@ impl Console<'_> {
             }
         };
         // The queue is empty and has room for both.
-        self.request(command, Request::Shape(cascade))?;
+        self.request(command, Request::Shape(cascade, transition.fade))?;
         self.request(command, Request::Configure(settings.setup(tick_rate, table.absolute_gain())))?;
         self.table = table;
+        self.lag_ticks = transition.lag_ticks;
         Ok(())
+    }
+
+    /// How the machine changes to `table`. The fade adds no more acceleration than is permitted.
+    fn transition(&self, table: &ShaperTable) -> Transition {
+        if self.status.activity() == Activity::Rest {
+            return Transition::AT_REST;
+        }
+        let MoveLimits { velocity_mm_s, acceleration_mm_s2, .. } = self.live.limits();
+        let least_ticks = (velocity_mm_s / acceleration_mm_s2 * table.tick_rate().hz()) as u32;
+        Transition::between(&self.table, self.lag_ticks, table, least_ticks)
     }
 
     /// The table that the settings select.

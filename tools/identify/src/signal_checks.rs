@@ -1,28 +1,41 @@
 //! Checks of a recorded signal before and after a fit: clipping, sweep rate, excited band.
 
+use std::ops::Range;
+
 use crate::warnings::{Warning, WarningKind};
+
+/// Largest step beside a rest, as a share of the signal's largest: what is cut off gets there at speed.
+const SLOW: f64 = 0.1;
+/// Shortest rest within a record, as a share of the record.
+const REST: f64 = 0.02;
 
 /// Warns when a signal sits at one of its extremes.
 ///
 /// A smooth signal touches its extreme once; a clipped one stays there for runs of samples, and far more
-/// often than at the value next to it, which tells clipping from mere quantisation.
+/// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse a base
+/// rests at its extreme: that is no clipping.
 pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
+    let step = |k: usize| match (k.checked_sub(1).and_then(|before| samples.get(before)), samples.get(k)) {
+        (Some(before), Some(after)) => Some((after - before).abs()),
+        _ => None,
+    };
+    let fastest = (1..samples.len()).filter_map(step).fold(0.0, f64::max);
+    let is_rest = |run: &Range<usize>| {
+        let beside = [run.start.checked_sub(1).and_then(step), step(run.end + 1)];
+        let slow = beside.into_iter().flatten().all(|step| step < SLOW * fastest);
+        let at_an_end = run.start == 0 || run.end == samples.len();
+        slow && (at_an_end || run.len() as f64 >= REST * samples.len() as f64)
+    };
     let mut warnings = Vec::new();
     for sign in [1.0, -1.0] {
         let level = samples.iter().fold(f64::NEG_INFINITY, |top, value| top.max(sign * value));
-        let mut next = f64::NEG_INFINITY;
-        let (mut count, mut run, mut longest) = (0, 0, 0);
-        for value in samples.iter().map(|value| sign * value) {
-            if value == level {
-                count += 1;
-                run += 1;
-                longest = longest.max(run);
-            } else {
-                run = 0;
-                next = next.max(value);
-            }
-        }
+        let others = samples.iter().map(|value| sign * value).filter(|value| *value != level);
+        let next = others.fold(f64::NEG_INFINITY, f64::max);
         let beside = samples.iter().filter(|value| sign * **value == next).count();
+        let stays: Vec<Range<usize>> =
+            runs_at(samples, sign * level).into_iter().filter(|run| !is_rest(run)).collect();
+        let count: usize = stays.iter().map(Range::len).sum();
+        let longest = stays.iter().map(Range::len).max().unwrap_or(0);
         if longest >= 3 && count >= 5 && count > 4 * beside && count < samples.len() {
             warnings.push(
                 WarningKind::Clipping { column: column.to_owned(), level: sign * level, samples: count }
@@ -31,6 +44,18 @@ pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
         }
     }
     warnings
+}
+
+/// Where a signal stays at a value.
+fn runs_at(samples: &[f64], level: f64) -> Vec<Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for (k, _) in samples.iter().enumerate().filter(|(_, value)| **value == level) {
+        match runs.last_mut() {
+            Some(run) if run.end == k => run.end = k + 1,
+            _ => runs.push(k..k + 1),
+        }
+    }
+    runs
 }
 
 /// The rate (Hz/s) at which a swept sine passes a frequency, from the times of its zero crossings.
@@ -79,6 +104,21 @@ mod tests {
         assert!(clipping("a_m", &quantised).is_empty());
         let found = clipping("a_m", &clipped);
         assert!(matches!(found[0].kind, WarningKind::Clipping { level: 0.8, .. }) && found.len() == 1);
+    }
+
+    /// There and back within a tenth of the record, as the firmware moves: at rest before and after, and once between.
+    #[test]
+    fn a_base_that_rests_at_its_extreme_is_not_clipped_and_one_that_is_cut_off_on_the_way_is() {
+        let smooth = |x: f64| x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x);
+        let ramp = |k: i32, from: i32| smooth(f64::from((k - from).clamp(0, 100)) / 100.0);
+        for held in [100, 600] {
+            let pulse: Vec<f64> = (0..2000).map(|k| ramp(k, 200) - ramp(k, 200 + held)).collect();
+            assert!(clipping("a_m", &pulse).is_empty(), "{held}: {:?}", clipping("a_m", &pulse));
+            let cut: Vec<f64> = pulse.iter().map(|v| v.min(0.6)).collect();
+            let found = clipping("a_m", &cut);
+            let is_top = |w: &Warning| matches!(w.kind, WarningKind::Clipping { level: 0.6, .. });
+            assert!(found.len() == 1 && is_top(&found[0]), "{held}: {found:?}");
+        }
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Where the search for a forced mode starts: peaks of the averaged frequency response, refined by a coarse
-//! scan of the time-domain sum of squares.
+//! Where the search for a forced mode starts: peaks of the averaged frequency response and of the spectrum of what is left,
+//! refined by a coarse scan of the time-domain sum of squares.
 
 use crate::column::Column;
 use crate::forced_model::{ForcedModel, MAX_DAMPING, MIN_DAMPING, pole};
@@ -12,7 +12,7 @@ use crate::responses::Frf;
 use crate::result::{CrossCheck, Estimate};
 use crate::separable::sum_of_squares_at;
 use crate::signal_checks::sweep_rate_at;
-use crate::spectra::{CrossSpectra, Window, peaks};
+use crate::spectra::{CrossSpectra, Window, density, peaks};
 use crate::tall::{Orthonormal, dot};
 
 /// The record on a uniform grid at the output's rate, and its spectra.
@@ -26,8 +26,10 @@ pub(crate) struct Spectral {
 
 /// Segments a record is cut into: a quarter of it each, overlapping by half, so that seven are averaged.
 const SEGMENTS: usize = 4;
-/// Candidates taken from each of the two rankings of peaks.
+/// Candidates taken from each of the three rankings of peaks.
 const CANDIDATES: usize = 6;
+/// Bins on either side of a peak that are scanned.
+const AROUND: f64 = 1.5;
 /// Input density, relative to its largest, below which a frequency counts as not excited.
 const EXCITED: f64 = 1e-4;
 /// The damping that the scan assumes: wide enough a basin that a coarse grid of frequencies finds it.
@@ -199,8 +201,8 @@ impl Starts {
         };
         let mut frequencies = Vec::new();
         for ((rows, record), spectral) in model.rows().zip(&self.spectral) {
-            for bin in candidates(&residuals[rows], record, spectral) {
-                frequencies.extend(around(spectral.spectra.frequency_hz[bin], record, spectral));
+            for candidate in candidates(&residuals[rows], record, spectral) {
+                frequencies.extend(around(candidate, record, spectral));
             }
         }
         let scanned = |frequency_hz: f64, damping_ratio: f64| Start {
@@ -251,18 +253,30 @@ pub(crate) struct Start {
     pub(crate) from: &'static str,
 }
 
+/// A peak of a spectrum.
+#[derive(Debug, Clone, Copy)]
+struct Candidate {
+    frequency_hz: f64,
+    /// Width of a bin, Hz.
+    bin_hz: f64,
+}
+
 /// Frequencies to try around a peak of the spectrum, as dense as the scan's damping asks for.
-fn around(centre_hz: f64, record: &ForcedRecord, spectral: &Spectral) -> impl Iterator<Item = f64> {
-    let step = (0.5 * SCAN_DAMPING * centre_hz).max(0.5 / record.duration_s());
-    let half = (1.5 * spectral.bin_hz() / step).ceil() as i32;
+fn around(
+    Candidate { frequency_hz, bin_hz }: Candidate,
+    record: &ForcedRecord,
+    spectral: &Spectral,
+) -> impl Iterator<Item = f64> {
+    let step = (0.5 * SCAN_DAMPING * frequency_hz).max(0.5 / record.duration_s());
+    let half = (AROUND * bin_hz / step).ceil() as i32;
     let nyquist_hz = spectral.nyquist_hz();
     (-half..=half)
-        .map(move |offset| centre_hz + f64::from(offset) * step)
+        .map(move |offset| frequency_hz + f64::from(offset) * step)
         .filter(move |f| *f > 0.0 && *f < nyquist_hz)
 }
 
-/// Bins at which the residual responds most to the input: by response and by coherent output.
-fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<usize> {
+/// Where the residual responds most to the input, by response and by coherent output, and where it rings most.
+fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<Candidate> {
     let output = resample(&record.time_s, residuals, &spectral.grid_s);
     let spectra = CrossSpectra::welch(
         &spectral.record.input,
@@ -288,7 +302,35 @@ fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> 
     let mut bins: Vec<usize> = rank(1.0).chain(rank(0.5)).collect();
     bins.sort_unstable();
     bins.dedup();
-    bins
+    let bin_hz = spectral.bin_hz();
+    let mut found: Vec<Candidate> =
+        bins.into_iter().map(|bin| Candidate { frequency_hz: spectra.frequency_hz[bin], bin_hz }).collect();
+    for other in ringing(&output, spectral) {
+        let is_tried = |known: &Candidate| (known.frequency_hz - other.frequency_hz).abs() <= AROUND * bin_hz;
+        if !found.iter().any(is_tried) {
+            found.push(other);
+        }
+    }
+    found
+}
+
+/// Peaks of the whole residual's spectrum within the excited band.
+///
+/// After a pulse the input rests while the structure rings: nothing in those segments is a response to it, and segments of a
+/// short record are too short to show a low mode at all.
+fn ringing(residuals: &[f64], spectral: &Spectral) -> Vec<Candidate> {
+    let interval_s = spectral.record.interval_s;
+    let whole = density(residuals, interval_s, residuals.len(), Window::Rectangular);
+    let [lower_hz, upper_hz] = spectral.excited_band_hz();
+    let bin_hz = 1.0 / (residuals.len() as f64 * interval_s);
+    let excited: Vec<f64> = whole
+        .frequency_hz
+        .iter()
+        .zip(&whole.density)
+        .map(|(hz, value)| if (lower_hz..=upper_hz).contains(hz) { *value } else { 0.0 })
+        .collect();
+    let strongest = peaks(&excited, 2).into_iter().take(CANDIDATES);
+    strongest.map(|bin| Candidate { frequency_hz: whole.frequency_hz[bin], bin_hz }).collect()
 }
 
 fn values(curve: &PiecewiseCubic, times_s: &[f64]) -> Vec<f64> {

@@ -17,6 +17,8 @@ pub(crate) enum Window {
     Hamming,
     /// Side lobes that fall off fast: for peaks beside much larger ones.
     Hann,
+    /// None: for what rings at one end of the record and is over long before the other.
+    Rectangular,
 }
 
 impl Window {
@@ -24,6 +26,7 @@ impl Window {
         let a = match self {
             Self::Hamming => 0.54,
             Self::Hann => 0.5,
+            Self::Rectangular => 1.0,
         };
         (0..length).map(|k| a - (1.0 - a) * (TAU * (k as f64 + 0.5) / length as f64).cos()).collect()
     }

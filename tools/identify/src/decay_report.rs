@@ -59,7 +59,7 @@ pub(crate) fn report(
     let opinions = Opinions { record: survey, replica: again };
     for mode in &mut modes {
         let checks = if options.cross_checks { opinions.of(mode) } else { Vec::new() };
-        warnings.extend(checks.iter().flat_map(|check| disagreement(mode, check)));
+        warnings.extend(checks.iter().flat_map(|check| disagreement(mode, check, record.duration_s())));
         mode.cross_checks.extend(checks);
         let nyquist_hz = 0.5 / uniform.interval_s;
         warnings.extend(mode.own_warnings(nyquist_hz, image(record, refined, parts.len(), mode, nyquist_hz)));
@@ -192,7 +192,7 @@ fn identified_mode(
         estimated.cross_checks.extend([early, late]);
     }
     if let Some(check) = seen.decrement {
-        warnings.extend(disagreement(&estimated, &check));
+        warnings.extend(disagreement(&estimated, &check, record.duration_s()));
         estimated.cross_checks.push(check);
     }
     (estimated, warnings)

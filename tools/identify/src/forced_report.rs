@@ -15,6 +15,7 @@ use crate::modal_response::Pole;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::poles::{Survey, survey_forced};
+use crate::resolution::resolution;
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RealPole, RecordFit,
     SCHEMA_VERSION, UncertaintyBox,
@@ -265,7 +266,7 @@ fn mode_warnings(mode: &IdentifiedMode, records: &[ForcedRecord], starts: &Start
         warnings.push(WarningKind::OutsideExcitedBand { mode_hz, lower_hz, upper_hz }.into());
     }
     for check in &mode.cross_checks {
-        warnings.extend(disagreement(mode, check));
+        warnings.extend(disagreement(mode, check, duration_s));
     }
     if pole.damping_ratio <= MIN_DAMPING * 1.001 {
         warnings.push(
@@ -275,16 +276,18 @@ fn mode_warnings(mode: &IdentifiedMode, records: &[ForcedRecord], starts: &Start
     warnings
 }
 
-/// Warnings for a cross-check more than three standard errors away.
-pub(crate) fn disagreement(mode: &IdentifiedMode, check: &CrossCheck) -> Vec<Warning> {
+/// Warnings for a cross-check more than three standard errors away, and farther than a record of this length resolves.
+pub(crate) fn disagreement(mode: &IdentifiedMode, check: &CrossCheck, duration_s: f64) -> Vec<Warning> {
+    let [least_hz, least_ratio] = resolution(mode.frequency_hz.value, mode.damping_ratio.value, duration_s);
     let pairs = [
-        (Quantity::FrequencyHz, mode.frequency_hz, check.frequency_hz),
-        (Quantity::DampingRatio, mode.damping_ratio, check.damping_ratio),
+        (Quantity::FrequencyHz, mode.frequency_hz, check.frequency_hz, least_hz),
+        (Quantity::DampingRatio, mode.damping_ratio, check.damping_ratio, least_ratio),
     ];
     let mut warnings = Vec::new();
-    for (quantity, fitted, other) in pairs {
+    for (quantity, fitted, other, least) in pairs {
         if let Some(other) = other
             && fitted.distance(&other) > 3.0
+            && (fitted.value - other.value).abs() > least
         {
             warnings.push(
                 WarningKind::CrossCheckDisagrees {

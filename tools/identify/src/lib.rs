@@ -50,6 +50,7 @@ mod narrow_band;
 mod noise;
 pub mod poles;
 mod real_pole;
+mod resolution;
 mod responses;
 mod result;
 mod ringing;
@@ -78,6 +79,7 @@ pub use linearity::{Linearity, LinearityVerdict};
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
 pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
+pub use resolution::resolution;
 pub use responses::{Frf, Response, Spectrum};
 pub use result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel, RealPole,

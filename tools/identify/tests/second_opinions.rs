@@ -63,6 +63,23 @@ fn leakage_of_a_short_sweep_is_no_disagreement_and_the_methods_start_the_fit() {
     }
 }
 
+/// Without noise standard errors are those of rounding, and methods that agree to nine digits are many of them apart.
+#[test]
+fn without_noise_digits_that_no_record_shows_are_no_disagreement() {
+    for sweep in [Sweep::Linear, Sweep::Exponential] {
+        for input_per_frame in [1, 5] {
+            let (time_s, clean) = clean_sweep(sweep, &beam(), input_per_frame);
+            let found = identify_forced(&noisy(sweep, &time_s, &clean, 0.0, 1), &options()).unwrap();
+            assert_eq!(found.modes.len(), 2);
+            assert!(disagreements(&found).is_empty(), "{sweep:?}: {:?}", disagreements(&found));
+        }
+    }
+    let modes = beam().map(|mode| Mode { participation: 2e-3, ..mode });
+    let record = ring_down(&modes, 100.0, 4000, 0.0, |_| 0.0);
+    let found = identify_free_decay(&record, &FreeDecayOptions::new("tip_deflection_m")).unwrap();
+    assert!(disagreements(&found).is_empty(), "{:?}", disagreements(&found));
+}
+
 /// The local rational method sees a mode that moves in the record's second half as two; the fit sees one.
 #[test]
 fn a_mode_that_moves_makes_the_methods_disagree() {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use stillbeam_identify::{
     Estimate, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict, Quantity, Warning, WarningKind,
-    merged,
+    merged, resolution,
 };
 
 /// How far (a fraction) two recordings' frequencies may differ and still be one mode.
@@ -38,8 +38,11 @@ pub fn combine<'r>(
     let mut warnings = Vec::new();
     if let Some((first, others)) = results.split_first() {
         for mode in &first.modes {
-            let twins = others.iter().filter_map(|other| twin(mode, other));
-            warnings.extend(twins.flat_map(|twin| disagreements(mode, twin)));
+            for other in others {
+                let shorter_s = duration_s(first).min(duration_s(other));
+                let twin = twin(mode, other);
+                warnings.extend(twin.into_iter().flat_map(|twin| disagreements(mode, twin, shorter_s)));
+            }
         }
     }
     let modes = match together {
@@ -104,14 +107,24 @@ fn twin<'m>(mode: &IdentifiedMode, other: &'m IdentifiedModes) -> Option<&'m Ide
     nearest.filter(|twin| distance(twin) < SAME_MODE)
 }
 
-fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode) -> Vec<Warning> {
+/// Length of the fitted record, s.
+fn duration_s(result: &IdentifiedModes) -> f64 {
+    result.window_s[1] - result.window_s[0]
+}
+
+/// Differences of a mode in two recordings, of which the shorter one is so long, that neither their standard errors nor their
+/// resolution allow.
+fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode, shorter_s: f64) -> Vec<Warning> {
+    let [least_hz, least_ratio] = resolution(first.frequency_hz.value, first.damping_ratio.value, shorter_s);
     let pairs = [
-        (Quantity::FrequencyHz, first.frequency_hz, second.frequency_hz),
-        (Quantity::DampingRatio, first.damping_ratio, second.damping_ratio),
+        (Quantity::FrequencyHz, first.frequency_hz, second.frequency_hz, least_hz),
+        (Quantity::DampingRatio, first.damping_ratio, second.damping_ratio, least_ratio),
     ];
-    let apart = pairs.into_iter().filter(|(_, a, b)| a.distance(b) > DISAGREEMENT);
+    let apart = pairs
+        .into_iter()
+        .filter(|(_, a, b, least)| a.distance(b) > DISAGREEMENT && (a.value - b.value).abs() > *least);
     apart
-        .map(|(quantity, a, b)| {
+        .map(|(quantity, a, b, _)| {
             Warning::from(WarningKind::RecordingsDisagree {
                 mode_hz: first.frequency_hz.value,
                 quantity,

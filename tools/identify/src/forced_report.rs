@@ -47,14 +47,11 @@ pub(crate) fn report(
         model.delay_s(&chosen.minimum.parameters),
         model.rate_per_s(&chosen.minimum.parameters),
     );
-    let refined = refine(model, &chosen.minimum, &range, whitener);
-    if refined.covariance.is_none() {
-        return Err(IdentifyError::NotDetermined {
-            recording: names(model.records),
-            column: model.records[0].output_column.clone(),
-            modes: model.modes,
-        });
-    }
+    let refined = refine(model, &chosen.minimum, &range, whitener).or_refused(
+        names(model.records),
+        &model.records[0].output_column,
+        model.modes,
+    )?;
 
     let mut warnings: Vec<Warning> =
         model.records.iter().flat_map(|record| record.warnings.clone()).collect();
@@ -312,4 +309,59 @@ pub(crate) fn fit_warnings(minimum: &Minimum<Projected>) -> Vec<Warning> {
         warnings.push(WarningKind::NotConverged { steps: minimum.steps }.into());
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_recording::Recording;
+
+    use super::*;
+    use crate::interpolation::InputInterpolation;
+    use crate::levenberg_marquardt::Parameter;
+    use crate::separable::fit;
+
+    /// What is reported of a record pushed by a swept force and fitted with modes at these frequencies, which stay where they
+    /// are.
+    fn reported(frequencies_hz: &[f64]) -> Result<IdentifiedModes, IdentifyError> {
+        // Uneven stamps have no noise model, and what is fitted stays as it was.
+        let time_s: Vec<f64> =
+            (0..2000).map(|k| 0.01 * f64::from(k) + 0.002 * f64::from(k * k).sin()).collect();
+        let wave = |t: &f64| (t * (1.0 + 1.5 * t)).sin();
+        let recording = Recording::new("pushed", time_s.clone())
+            .with_column("force_N", time_s.iter().map(wave).collect())
+            .with_column("tip_m", time_s.iter().map(|t| 0.1 * wave(&(t - 0.3))).collect());
+        let columns = ("force_N", "tip_m");
+        let record =
+            ForcedRecord::new(&recording, columns, (None, None), InputInterpolation::Cubic, 0.0).unwrap();
+        let records = [record];
+        let model = ForcedModel {
+            records: &records,
+            modes: frequencies_hz.len(),
+            delay: false,
+            max_delay_s: 0.0,
+            direct: false,
+            real_pole: false,
+        };
+        let poles: Vec<Pole> = frequencies_hz
+            .iter()
+            .map(|frequency_hz| Pole { frequency_hz: *frequency_hz, damping_ratio: 0.02 })
+            .collect();
+        let stay =
+            |parameter: Parameter| Parameter { lower: parameter.start, upper: parameter.start, ..parameter };
+        let fixed: Vec<Parameter> = model.parameters(&poles, 0.0, None).into_iter().map(stay).collect();
+        let minimum = fit(&model, &fixed).unwrap();
+        let chosen = Chosen { model, minimum, steps: Vec::new(), rejected: Vec::new() };
+        report(&chosen, &Starts::new(&records), false)
+    }
+
+    #[test]
+    fn modes_without_standard_errors_are_refused_and_not_reported() {
+        assert_eq!(reported(&[2.0, 3.0]).unwrap().modes.len(), 2);
+        let refusal = reported(&[2.0, 2.0]).unwrap_err();
+        assert!(
+            matches!(&refusal, IdentifyError::NotDetermined { recording, column, modes: 2 }
+                if recording == "pushed" && column == "tip_m"),
+            "{refusal}"
+        );
+    }
 }

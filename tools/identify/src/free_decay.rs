@@ -182,14 +182,11 @@ fn identify_from(
         if kept.iter().all(|kept| *kept) {
             let runs = even_runs(&record.time_s, 0);
             let whitener = Whitener::of(&minimum.point.residuals, runs);
-            let refined = refine(&model, &minimum, &range, whitener);
-            if refined.covariance.is_none() {
-                return Err(IdentifyError::NotDetermined {
-                    recording: record.name.clone(),
-                    column: record.column.clone(),
-                    modes: parts.len(),
-                });
-            }
+            let refined = refine(&model, &minimum, &range, whitener).or_refused(
+                record.name.clone(),
+                &record.column,
+                parts.len(),
+            )?;
             // Modes that were not asked for are no reason to read the decay from elsewhere.
             let left = refined.residual_rms().min(left_by_all.unwrap_or(f64::INFINITY));
             return Ok(Attempt {

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::error::IdentifyError;
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::result::NoiseModel;
 use crate::separable::{Projected, Separable, fit, fit_covariance};
@@ -28,6 +29,20 @@ impl Refined {
     /// Standard error of a coefficient.
     pub(crate) fn coefficient_stderr(&self, index: usize) -> f64 {
         self.stderr(self.parameters.len() + index)
+    }
+
+    /// The fit itself, or the refusal of one whose parameters cannot be told apart: without standard errors nothing in it can be
+    /// judged.
+    pub(crate) fn or_refused(
+        self,
+        recording: String,
+        column: &str,
+        modes: usize,
+    ) -> Result<Self, IdentifyError> {
+        match self.covariance {
+            Some(_) => Ok(self),
+            None => Err(IdentifyError::NotDetermined { recording, column: column.to_owned(), modes }),
+        }
     }
 
     pub(crate) fn residual_rms(&self) -> f64 {
@@ -103,4 +118,37 @@ fn recorded_minus_fitted<M: Separable>(model: &M, found: &Minimum<Projected>) ->
         column.add_to(&mut residuals, -coefficient);
     }
     residuals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decay_model::DecayModel;
+    use crate::forced_model::pole_parameters;
+    use crate::modal_response::Pole;
+
+    /// A decay fitted with modes at these frequencies, which stay where they are.
+    fn fitted(frequencies_hz: &[f64]) -> Result<Refined, IdentifyError> {
+        let time_s: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+        let output: Vec<f64> =
+            (0..400).map(|k| (-0.005 * f64::from(k)).exp() * (0.3 * f64::from(k)).cos()).collect();
+        let model = DecayModel { time_s: &time_s, output: &output, modes: frequencies_hz.len() };
+        let starts = frequencies_hz.iter().map(|hz| Pole { frequency_hz: *hz, damping_ratio: 0.02 });
+        let fixed = starts.flat_map(|start| pole_parameters(start, 0.1)).map(|parameter| Parameter {
+            lower: parameter.start,
+            upper: parameter.start,
+            ..parameter
+        });
+        let range: Vec<Parameter> = fixed.collect();
+        let minimum = fit(&model, &range).unwrap();
+        refine(&model, &minimum, &range, None).or_refused("decay".to_owned(), "tip_m", frequencies_hz.len())
+    }
+
+    #[test]
+    fn a_fit_of_one_mode_twice_is_refused_and_of_two_modes_is_not() {
+        assert!(fitted(&[4.7, 9.0]).unwrap().stderr(0).is_finite());
+        let refusal = fitted(&[4.7, 4.7]).map(|_| ()).unwrap_err();
+        assert!(matches!(refusal, IdentifyError::NotDetermined { modes: 2, .. }), "{refusal}");
+        assert!(refusal.to_string().contains("ask for fewer modes"), "{refusal}");
+    }
 }

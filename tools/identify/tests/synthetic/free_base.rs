@@ -96,6 +96,7 @@ impl FreeBase {
 
 /// A force sweep of 1 N seen by a 100 Hz camera, noise so many decibels below the deflection's rms.
 pub struct ForceSweep {
+    pub sweep: Sweep,
     pub time_s: Vec<f64>,
     pub force_n: Vec<f64>,
     pub deflection_m: Vec<f64>,
@@ -106,12 +107,17 @@ impl ForceSweep {
         let force = |t: f64| sweep.position(t) / super::AMPLITUDE_M;
         let time_s: Vec<f64> = (0..=8000).map(|k| 0.01 * f64::from(k)).collect();
         let (_, deflection_m) = base.response(force, &time_s);
-        Self { force_n: time_s.iter().map(|t| force(*t)).collect(), time_s, deflection_m }
+        Self { sweep, force_n: time_s.iter().map(|t| force(*t)).collect(), time_s, deflection_m }
+    }
+
+    /// Standard deviation of the noise, m.
+    pub fn noise_m(&self, noise_db: f64) -> f64 {
+        let power = self.deflection_m.iter().map(|w| w * w).sum::<f64>() / self.deflection_m.len() as f64;
+        power.sqrt() * 10_f64.powf(-noise_db / 20.0)
     }
 
     pub fn recording(&self, noise_db: f64, seed: u64) -> Recording {
-        let power = self.deflection_m.iter().map(|w| w * w).sum::<f64>() / self.deflection_m.len() as f64;
-        let rms_m = power.sqrt() * 10_f64.powf(-noise_db / 20.0);
+        let rms_m = self.noise_m(noise_db);
         let mut noise = Noise(seed);
         let seen = self.deflection_m.iter().map(|w| w + rms_m * noise.normal()).collect();
         Recording::new("force sweep", self.time_s.clone())

@@ -26,7 +26,8 @@ const MOST_PARTS: f64 = 64.0;
 /// Distances from even stamps, as a share of the interval, that are rounding.
 const EVEN: f64 = 5e-3;
 
-/// Seconds of a simulated move that are written to a recording.
+/// Seconds of a simulated move that are written to a recording, or the whole of a command that takes longer: a decay lasts as
+/// long as it was asked for.
 const WRITTEN_S: f64 = 10.0;
 
 /// Ticks per second without --rate and without a shaper.
@@ -175,7 +176,7 @@ impl SimulateArgs {
             mode_vibration_pct: vibration.modes_pct,
         };
         if let Some(path) = &self.out {
-            write(Path::new(path), &move_recording(&shaped), streams)?;
+            write(Path::new(path), &move_recording(&shaped, setpoints_m.len()), streams)?;
         }
         if !json_on_stdout(self.json.as_deref()) {
             let settling =
@@ -356,10 +357,10 @@ impl OutputNumbers {
     }
 }
 
-fn move_recording(shaped: &BaseMove) -> Recording {
+fn move_recording(shaped: &BaseMove, commanded: usize) -> Recording {
     let base_m =
         shaped.tip_position_m.iter().zip(&shaped.tip_deflection_m).map(|(tip, deflection)| tip - deflection);
-    let written = ((WRITTEN_S * shaped.rate_hz) as usize).min(shaped.setpoint_m.len());
+    let written = ((WRITTEN_S * shaped.rate_hz) as usize).max(commanded).min(shaped.setpoint_m.len());
     let first = |values: &[f64]| values.iter().take(written).copied().collect();
     let time_s = (0..written).map(|index| index as f64 / shaped.rate_hz).collect();
     Recording::new("simulated move", time_s)

@@ -52,3 +52,21 @@ impl<'a> Advances<'a> {
         Ok(advance)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    #[test]
+    fn stamps_that_were_rounded_share_an_advance() {
+        let a = DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -40.0, -0.1]);
+        let system = LinearSystem { a, value: vec![0.0, 1.0], slope: vec![0.0; 2] };
+        let mut advances = Advances::new(&system);
+        let stamps: Vec<f64> = (0..3000).filter(|k| *k != 1234).map(|k| 0.01 * f64::from(k)).collect();
+        for pair in stamps.windows(2) {
+            advances.partial(pair[1] - pair[0]).unwrap();
+        }
+        assert_eq!(advances.known.len(), 2, "one of 10 ms and one of 20 ms");
+    }
+}

@@ -2,6 +2,7 @@
 
 use stillbeam_recording::Recording;
 
+use crate::advances::Advances;
 use crate::error::PlantError;
 use crate::linear::{Advance, dot};
 use crate::model::{Model, Physics};
@@ -97,7 +98,8 @@ impl Rerun {
         let count = stamps.len();
         let mut outputs = vec![Vec::with_capacity(count / self.every + 1); space.outputs().len()];
         let mut next = Vec::with_capacity(state.len());
-        let mut step: Option<(f64, Advance)> = None;
+        let mut advances = Advances::new(&space.system);
+        let uniform = matches!(stamps, Stamps::Uniform { .. });
         let mut slope_before = 0.0;
         let mut strides: Option<Stride> = None;
         let mut index = 0;
@@ -114,14 +116,11 @@ impl Rerun {
                 }
             }
             let Some(interval_s) = interval_s else { break };
-            if step.as_ref().is_none_or(|(known_s, _)| *known_s != interval_s) {
-                step = Some((interval_s, space.system.advance_over(interval_s)?));
-                strides = None;
-            }
-            let Some((_, one)) = &step else { break };
-            let uniform = matches!(stamps, Stamps::Uniform { .. });
+            // Listed stamps differ by rounding even where they are meant to be even: one sample that is missing must not cost a
+            // matrix exponential for each that is there.
+            let one = if uniform { advances.whole(interval_s)? } else { advances.partial(interval_s)? };
             if uniform && index % self.every == 0 && index + self.every < count {
-                let stride = strides.get_or_insert_with(|| Stride::new(one, interval_s, self.every));
+                let stride = strides.get_or_insert_with(|| Stride::new(&one, interval_s, self.every));
                 let piece = &self.input[index..=index + self.every];
                 stride.apply(&mut state, &mut next, piece);
                 slope_before = (piece[self.every] - piece[self.every - 1]) / interval_s;

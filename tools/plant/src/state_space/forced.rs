@@ -1,6 +1,9 @@
 //! The linear plant under forces given as series: what a latent force, once estimated, would do.
 
-use super::StateSpace;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use super::{Discrete, StateSpace};
 use crate::error::PlantError;
 use crate::simulate::Hold;
 use crate::stamps::Stamps;
@@ -61,7 +64,8 @@ impl StateSpace {
         };
         let mut state = initial.to_vec();
         let mut next = Vec::with_capacity(state.len());
-        let mut step = self.discretise(stamps.interval_s(0).unwrap_or(0.0))?;
+        let mut steps = Discretes::default();
+        let mut step = steps.of(self, stamps.interval_s(0).unwrap_or(0.0))?;
         let mut slope = 0.0;
         for (index, &u) in input.iter().enumerate() {
             let interval_s = stamps.interval_s(index);
@@ -75,7 +79,7 @@ impl StateSpace {
             });
             let Some(interval_s) = interval_s else { break };
             if step.step_s != interval_s {
-                step = self.discretise(interval_s)?;
+                step = steps.of(self, interval_s)?;
             }
             step.advance(&state, u, slope, &mut next);
             for force in forces {
@@ -99,5 +103,29 @@ impl StateSpace {
             trace.velocities[index].push(point.velocity.read(state, u, slope));
         }
         trace.states.push(state.to_vec());
+    }
+}
+
+/// Steps by their length to the picosecond: stamps that were rounded when they were written differ by that, plants do not.
+#[derive(Default)]
+struct Discretes {
+    known: HashMap<i64, Rc<Discrete>>,
+}
+
+/// Steps kept for reuse; beyond that the stamps are irregular and reuse is rare.
+const MOST_STEPS: usize = 4096;
+
+impl Discretes {
+    fn of(&mut self, space: &StateSpace, step_s: f64) -> Result<Rc<Discrete>, PlantError> {
+        let key = (step_s * 1e12).round() as i64;
+        if let Some(step) = self.known.get(&key) {
+            return Ok(Rc::clone(step));
+        }
+        if self.known.len() >= MOST_STEPS {
+            self.known.clear();
+        }
+        let step = Rc::new(space.discretise(step_s)?);
+        self.known.insert(key, Rc::clone(&step));
+        Ok(step)
     }
 }

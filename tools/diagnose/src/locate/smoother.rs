@@ -7,6 +7,8 @@
 //! covariance: with innovations `v`, their variances `F` and `d` the covariance of state and reading, backwards
 //! `r <- r + h (v - d' r) / F` per reading and `r <- T' r` per step, and the smoothed state is the predicted one plus `P r`.
 
+use std::rc::Rc;
+
 use nalgebra::{DMatrix, DVector};
 use stillbeam_plant::StateSpace;
 
@@ -90,7 +92,7 @@ impl ForcedError {
             return None;
         }
         let scale = (sum / count).sqrt() / reach;
-        let likelihood = |prior: &Prior| self.run(&readings, Some(*prior)).log_likelihood;
+        let likelihood = |prior: &Prior| self.filter(&readings, Some(*prior), |_| ()).0;
         let best = |priors: Vec<Prior>| {
             let rated = priors.into_iter().map(|prior| (likelihood(&prior), prior));
             rated.filter(|(rate, _)| rate.is_finite()).max_by(|a, b| a.0.total_cmp(&b.0))
@@ -105,8 +107,22 @@ impl ForcedError {
         Some(if finer_rate > rate { finer } else { found })
     }
 
-    /// The Kalman filter; outputs are taken one after another. Without a prior there is no force.
+    /// The Kalman filter, with what a smoother needs of it.
     pub(super) fn run(&self, readings: &Readings, prior: Option<Prior>) -> Filtered {
+        let mut steps = Vec::with_capacity(readings.series.first().map_or(0, Vec::len));
+        let (log_likelihood, transition) = self.filter(readings, prior, |step| steps.push(step));
+        Filtered { log_likelihood, steps, transition }
+    }
+
+    /// The Kalman filter; outputs are taken one after another. Without a prior there is no force. Every step is shown to `keep`; the
+    /// logarithm of the likelihood and the transition come back. Where covariances have settled and no reading is missing they are
+    /// not made again: they do not depend on what was read.
+    fn filter(
+        &self,
+        readings: &Readings,
+        prior: Option<Prior>,
+        mut keep: impl FnMut(Step),
+    ) -> (f64, DMatrix<f64>) {
         let size = self.order + 2;
         let Prior { size: force, time_constant_s } =
             prior.unwrap_or(Prior { size: 0.0, time_constant_s: f64::INFINITY });
@@ -132,30 +148,49 @@ impl ForcedError {
         }
         let count = readings.series.first().map_or(0, Vec::len);
         let mut log_likelihood = 0.0;
-        let mut steps = Vec::with_capacity(count);
+        let mut settled: Option<Rc<Gains>> = None;
+        let mut before: Option<Rc<Gains>> = None;
         for k in 0..count {
             if k > 0 {
                 state = &transition * &state;
-                covariance = propagate(&covariance);
             }
-            let mut step =
-                Step { predicted: state.clone(), covariance: covariance.clone(), updates: Vec::new() };
-            for (output, (row, noise)) in readings.rows.iter().zip(&readings.noises).enumerate() {
-                let measured = readings.series[output][k];
-                if !measured.is_finite() {
-                    continue;
+            let measured = || readings.series.iter().map(|series| series[k]);
+            let is_whole = measured().all(f64::is_finite);
+            let gains = match settled.take().filter(|_| is_whole) {
+                Some(gains) => gains,
+                None => {
+                    if k > 0 {
+                        covariance = propagate(&covariance);
+                    }
+                    let predicted = covariance.clone();
+                    let seen = readings.rows.iter().zip(&readings.noises).enumerate();
+                    let seen = seen.filter(|(output, _)| readings.series[*output][k].is_finite());
+                    let by_output = seen.map(|(output, (row, noise))| {
+                        let with_state = covariance.columns(0, self.order) * row;
+                        let variance = row.dot(&with_state.rows(0, self.order)) + noise;
+                        covariance -= &with_state * with_state.transpose() / variance;
+                        Gain { output, variance, with_state }
+                    });
+                    let by_output = by_output.collect();
+                    Rc::new(Gains { predicted, by_output, is_whole })
                 }
-                let with_state = covariance.columns(0, self.order) * row;
-                let innovation = measured - row.dot(&state.rows(0, self.order));
-                let variance = row.dot(&with_state.rows(0, self.order)) + noise;
+            };
+            let mut step =
+                Step { predicted: state.clone(), gains: Rc::clone(&gains), innovations: Vec::new() };
+            for Gain { output, variance, with_state } in &gains.by_output {
+                let row = &readings.rows[*output];
+                let innovation = readings.series[*output][k] - row.dot(&state.rows(0, self.order));
                 log_likelihood -= 0.5 * (variance.ln() + innovation * innovation / variance);
-                state += &with_state * (innovation / variance);
-                covariance -= &with_state * with_state.transpose() / variance;
-                step.updates.push(Update { output, innovation, variance, with_state });
+                state += with_state * (innovation / variance);
+                step.innovations.push(innovation);
             }
-            steps.push(step);
+            keep(step);
+            let is_near = |before: &Rc<Gains>| Rc::ptr_eq(before, &gains) || before.is_near(&gains);
+            let is_same = before.as_ref().is_some_and(|before| before.is_whole && is_near(before));
+            settled = (gains.is_whole && is_same).then(|| Rc::clone(&gains));
+            before = Some(gains);
         }
-        Filtered { log_likelihood, steps, transition }
+        (log_likelihood, transition)
     }
 }
 
@@ -175,18 +210,44 @@ impl Readings {
     }
 }
 
-struct Update {
+/// How one output corrects the state.
+struct Gain {
     output: usize,
-    innovation: f64,
     variance: f64,
     /// Covariance of the state and the reading.
     with_state: DVector<f64>,
 }
 
+/// What a step does whatever is read.
+struct Gains {
+    /// Covariance of the predicted state.
+    predicted: DMatrix<f64>,
+    by_output: Vec<Gain>,
+    /// Whether every output was read.
+    is_whole: bool,
+}
+
+/// Covariances that change by less than this share from one step to the next have settled.
+const SETTLED: f64 = 1e-10;
+
+impl Gains {
+    /// Whether the covariances are the same, each compared to the variances that it belongs to.
+    fn is_near(&self, other: &Self) -> bool {
+        let (old, new) = (&self.predicted, &other.predicted);
+        (0..new.nrows()).all(|i| {
+            (0..=i).all(|j| {
+                let size = (new[(i, i)] * new[(j, j)]).abs().sqrt();
+                (new[(i, j)] - old[(i, j)]).abs() <= SETTLED * size
+            })
+        })
+    }
+}
+
 struct Step {
     predicted: DVector<f64>,
-    covariance: DMatrix<f64>,
-    updates: Vec<Update>,
+    gains: Rc<Gains>,
+    /// In the order of the gains.
+    innovations: Vec<f64>,
 }
 
 /// A run of the filter.
@@ -204,13 +265,13 @@ impl Filtered {
         let mut adjoint = DVector::zeros(size);
         let mut states = Vec::with_capacity(self.steps.len());
         for step in self.steps.iter().rev() {
-            for update in step.updates.iter().rev() {
-                let row = &readings.rows[update.output];
-                let pull = (update.innovation - update.with_state.dot(&adjoint)) / update.variance;
+            for (gain, innovation) in step.gains.by_output.iter().zip(&step.innovations).rev() {
+                let row = &readings.rows[gain.output];
+                let pull = (innovation - gain.with_state.dot(&adjoint)) / gain.variance;
                 let mut seen = adjoint.rows_mut(0, row.len());
                 seen += row * pull;
             }
-            states.push(&step.predicted + &step.covariance * &adjoint);
+            states.push(&step.predicted + &step.gains.predicted * &adjoint);
             adjoint = self.transition.transpose() * adjoint;
         }
         states.reverse();

@@ -179,6 +179,10 @@ impl LeastSquares for Problem<'_, '_> {
     }
 
     fn curvature(&self, search: &[f64], point: &Point) -> (DMatrix<f64>, DVector<f64>) {
+        if self.stack.is_spent() {
+            // No direction leads anywhere: the search ends here.
+            return (DMatrix::zeros(search.len(), search.len()), DVector::zeros(search.len()));
+        }
         let mut columns = self.jacobian_mostly_kept(search, point);
         if let Some(absorbing) = self.absorbing {
             columns.par_iter_mut().for_each(|column| {

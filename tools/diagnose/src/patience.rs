@@ -14,7 +14,14 @@ pub(crate) struct Patience {
     deadline: Option<Instant>,
     /// Processor seconds of this process at which patience ends; by the clock where the system does not tell.
     processor_s: Option<f64>,
+    /// The same for what has been begun: see [`Patience::is_spent`].
+    last_deadline: Option<Instant>,
+    last_processor_s: Option<f64>,
 }
+
+/// What was begun may go on for this share of the limit, and this long where the limit is short.
+const GRACE: f64 = 0.2;
+const LEAST_GRACE_S: f64 = 1.0;
 
 impl Patience {
     /// Begins now.
@@ -25,17 +32,32 @@ impl Patience {
         let processor = options.processor_limit_s.map(|limit_s| (limit_s, processor_seconds()));
         let by_clock = processor.and_then(|(limit_s, had)| had.is_none().then_some(limit_s));
         let limits = options.time_limit_s.into_iter().chain(by_clock);
+        let last = |limit_s: f64| limit_s + (GRACE * limit_s).max(LEAST_GRACE_S);
+        let processor = processor.and_then(|(limit_s, had)| Some((limit_s, had?)));
         Self {
-            deadline: limits.filter_map(after).min(),
-            processor_s: processor.and_then(|(limit_s, had)| Some(limit_s + had?)),
+            deadline: limits.clone().filter_map(after).min(),
+            processor_s: processor.map(|(limit_s, had)| limit_s + had),
+            last_deadline: limits.filter_map(|limit_s| after(last(limit_s))).min(),
+            last_processor_s: processor.map(|(limit_s, had)| last(limit_s) + had),
         }
     }
 
     /// Whether it has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)
-            || self.processor_s.is_some_and(|limit| processor_seconds().is_some_and(|had| had >= limit))
+            || self.processor_s.is_some_and(has_had)
     }
+
+    /// Whether even fits that are under way are to end where they are: what comes after them takes time too.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.last_deadline.is_some_and(|deadline| Instant::now() >= deadline)
+            || self.last_processor_s.is_some_and(has_had)
+    }
+}
+
+/// Whether this process has had so many processor seconds.
+fn has_had(limit_s: f64) -> bool {
+    processor_seconds().is_some_and(|had| had >= limit_s)
 }
 
 /// Processor time that this process has had so far, all threads together; `None` where the system does not tell.
@@ -50,6 +72,13 @@ fn processor_seconds() -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_under_way_may_go_on_for_a_while() {
+        let patience = Patience::new(&Options { time_limit_s: Some(0.0), ..Options::default() });
+        assert!(patience.is_over() && !patience.is_spent());
+        assert!(!Patience::new(&Options::default()).is_spent());
+    }
 
     #[test]
     fn patience_without_a_limit_never_ends_and_without_time_ends_at_once() {

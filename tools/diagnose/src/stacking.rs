@@ -6,6 +6,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
+use crate::patience::Patience;
 use crate::record::Record;
 use crate::simulation::{Hypothesis, free_responses, simulate, state_count};
 
@@ -15,6 +16,8 @@ pub(crate) struct Stack<'r> {
     pub(crate) records: Vec<&'r Record>,
     /// Per record and recorded output: one over the scale in which its residuals count.
     pub(crate) weights: Vec<Vec<f64>>,
+    /// When fits end where they are; `None`: when they have settled.
+    pub(crate) patience: Option<Patience>,
 }
 
 /// One output of one recording in the long vector.
@@ -52,6 +55,21 @@ const STATE_CHANGE: f64 = 0.3;
 const CLEAR: f64 = 10.0;
 
 impl Stack<'_> {
+    /// The same for fits that end where they are when patience is spent.
+    pub(crate) fn until(self, patience: Patience) -> Self {
+        Self { patience: Some(patience), ..self }
+    }
+
+    /// Whether no further fit is to be begun.
+    pub(crate) fn is_over(&self) -> bool {
+        self.patience.is_some_and(|patience| patience.is_over())
+    }
+
+    /// Whether fits are to end where they are.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.patience.is_some_and(|patience| patience.is_spent())
+    }
+
     /// Number of samples.
     pub(crate) fn present(&self) -> usize {
         self.segments().iter().map(|segment| segment.range.len()).sum()

@@ -125,7 +125,7 @@ impl Study {
             .iter()
             .map(|record| record.outputs.iter().map(|output| self.weights[output.index]).collect())
             .collect();
-        Stack { records: records.iter().collect(), weights }
+        Stack { records: records.iter().collect(), weights, patience: None }
     }
 
     /// A hypothesis on all recordings: offsets and initial states are fitted, nothing else.

@@ -120,15 +120,15 @@ impl BeamAlone {
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let fitted = {
             let weights = vec![vec![1.0 / floor]; records.len()];
-            let stack = Stack { records: records.iter().collect(), weights };
-            fit(&stack, &Hypothesis { model: cut }, &free, &start, &[], Effort::FULL)?
+            let stack = Stack { records: records.iter().collect(), weights, patience: None };
+            fit(&stack, &Hypothesis { model: cut }, &free, &start, &[], Effort::COMPARE)?
         };
         Some(Self { records, fitted, floor })
     }
 
     fn stack(&self) -> Stack<'_> {
         let weights = vec![vec![1.0 / self.floor]; self.records.len()];
-        Stack { records: self.records.iter().collect(), weights }
+        Stack { records: self.records.iter().collect(), weights, patience: None }
     }
 
     /// Root mean square of what is left over the tip's noise.

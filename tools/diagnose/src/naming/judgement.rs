@@ -32,6 +32,9 @@ impl Search<'_> {
                 return selection;
             }
             selection.chosen = self.finished(selection.chosen);
+            if self.patience.is_spent() {
+                selection.left_out.push("the best values of what was chosen");
+            }
             let (judged, sets) = self.judge_laws(&selection.chosen, refitted);
             without = sets;
             let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());

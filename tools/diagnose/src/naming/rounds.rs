@@ -81,7 +81,10 @@ impl Search<'_> {
             return (Vec::new(), Vec::new());
         }
         let stack = self.study.stack(Role::Train);
-        let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz);
+        let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz, &is_given_up);
+        if is_given_up() {
+            return (Vec::new(), Vec::new());
+        }
         let least_t = self.least_t(base);
         let promising = self.promising(base, &screened, least_t);
         let columns = base.fitted.rough_sensitivities(&stack);

@@ -43,12 +43,14 @@ const ROUNDS: usize = 4;
 /// Good enough: within this factor.
 const CLOSE: f64 = 4.0;
 
-/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out.
+/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out, and those that
+/// are not reached before it is given up.
 pub(crate) fn screen(
     stack: &Stack<'_>,
     fitted: &Fitted,
     candidates: &[Candidate],
     slowest_hz: Option<f64>,
+    is_given_up: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Screened> {
     let residuals = fitted.residuals();
     let columns = fitted.sensitivities(stack);
@@ -58,6 +60,7 @@ pub(crate) fn screen(
     candidates
         .par_iter()
         .enumerate()
+        .filter(|_| !is_given_up())
         .filter_map(|(index, candidate)| {
             let mut seen: Vec<Seen> = telling
                 .best_trials(stack, fitted, candidate)

@@ -77,6 +77,7 @@ impl Search<'_> {
             free.push(FreeParameter { path: renumbered(&parameter.path, index + 1), ..parameter.clone() });
             start.push(*value);
         }
+        // To the end even when time is: a set that is not fitted would make its missing law look necessary.
         let stack = self.study.stack(Role::Train);
         let states = member.fitted.initial_states();
         let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
@@ -128,7 +129,7 @@ impl Search<'_> {
 
     /// A fit carried on, if that makes it better.
     pub(crate) fn fitted_on(&self, from: &Fitted, effort: Effort) -> Option<Fitted> {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.study.stack(Role::Train).until(self.patience);
         let fitted = fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), effort);
         fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
@@ -144,7 +145,7 @@ impl Search<'_> {
         self.floors = floors;
         self.weighed_again = true;
         self.rounds = std::sync::Mutex::default();
-        let stack = self.study.stack(Role::Train);
+        let stack = self.study.stack(Role::Train).until(self.patience);
         let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
         let mut hypothesis = Hypothesis { model: self.given.clone() };
         hypothesis.model.setup_mut().physics = laws;

@@ -43,7 +43,7 @@ impl Effort {
     /// To compare sets.
     pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
     /// For what is reported.
-    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 0 };
+    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3 };
 }
 
 /// A hypothesis whose parameters have been fitted.

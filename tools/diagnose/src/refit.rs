@@ -24,7 +24,7 @@ pub(crate) fn refit(
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let mut start: Vec<f64> = candidates.iter().map(|parameter| parameter.given).collect();
     scan_frequencies(stack, given, candidates, &mut start);
-    refit_at(stack, given, candidates, start, &[])
+    refit_at(stack, given, candidates, start, &[], Effort::FULL)
 }
 
 /// The same from where an earlier refit ended.
@@ -35,11 +35,11 @@ pub(crate) fn refit_from(
     before: &Fitted,
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let start = started_from(candidates, before);
-    refit_at(stack, given, candidates, start, &[])
+    refit_at(stack, given, candidates, start, &[], Effort::FULL)
 }
 
 /// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those that are not
-/// are at their given values, which `hypothesis` has.
+/// are at their given values, which `hypothesis` has. Not to the end: the search goes on from here, and what it chooses is finished then.
 pub(crate) fn refit_beside_laws(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
@@ -48,9 +48,14 @@ pub(crate) fn refit_beside_laws(
     let laws = before.free.iter().filter(|parameter| parameter.path.starts_with("physics.")).cloned();
     let candidates: Vec<FreeParameter> = laws.chain(free_parameters(&hypothesis.model)).collect();
     let fitted = |start: Vec<f64>, states: &[Vec<f64>]| {
-        refit_at(stack, hypothesis, &candidates, start, states).ok().map(|(fitted, _)| fitted)
+        refit_at(stack, hypothesis, &candidates, start, states, Effort::TRIAL).ok().map(|(fitted, _)| fitted)
     };
     let there = fitted(started_from(&candidates, before), &before.initial_states());
+    // No other start leaves less than noise.
+    let noise = NOISE * stack.present() as f64;
+    if stack.is_over() || there.as_ref().is_some_and(|there| there.sum_of_squares < noise) {
+        return there;
+    }
     // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be nearer.
     let law = |parameter: &FreeParameter| parameter.path.starts_with("physics.");
     let from_drawing = started_from(&candidates, before).into_iter().zip(&candidates);
@@ -59,6 +64,9 @@ pub(crate) fn refit_beside_laws(
     let drawn = fitted(from_drawing.collect(), &[]);
     there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
+
+/// A sum of squares below this many squares per sample is noise's, where outputs are weighted by their noise.
+const NOISE: f64 = 1.05;
 
 /// Where an earlier fit ended, for the parameters that it had.
 fn started_from(candidates: &[FreeParameter], before: &Fitted) -> Vec<f64> {
@@ -75,6 +83,7 @@ fn refit_at(
     candidates: &[FreeParameter],
     start: Vec<f64>,
     states: &[Vec<f64>],
+    effort: Effort,
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let diverged = || DiagnoseError::Diverged {
         recording: stack.records.first().map_or_else(String::new, |record| record.name.clone()),
@@ -94,8 +103,7 @@ fn refit_at(
         let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
         let values: Vec<f64> = kept.iter().map(|&index| at.values[index]).collect();
         let base = at.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
-        let fitted =
-            fit(stack, &base, &free, &values, &at.initial_states(), Effort::FULL).ok_or_else(diverged)?;
+        let fitted = fit(stack, &base, &free, &values, &at.initial_states(), effort).ok_or_else(diverged)?;
         let settled = fitted.sum_of_squares > LESS * at.sum_of_squares;
         let (hypothesis, mut all) = (fitted.hypothesis.clone(), given_values(candidates));
         kept.iter().zip(&fitted.values).for_each(|(&index, value)| all[index] = *value);

@@ -28,6 +28,9 @@ pub(crate) struct Spectral {
 const SEGMENTS: usize = 4;
 /// Candidates taken from each of the three rankings of peaks.
 const CANDIDATES: usize = 6;
+/// Ratio of powers by which what rings tops the median of its spectrum: the largest of a hundred thousand bins of noise does so
+/// once in a few hundred records. Scanning around peaks of noise takes time.
+const ABOVE_FLOOR: f64 = 25.0;
 /// Bins on either side of a peak that are scanned.
 const AROUND: f64 = 1.5;
 /// Input density, relative to its largest, below which a frequency counts as not excited.
@@ -329,7 +332,10 @@ fn ringing(residuals: &[f64], spectral: &Spectral) -> Vec<Candidate> {
         .zip(&whole.density)
         .map(|(hz, value)| if (lower_hz..=upper_hz).contains(hz) { *value } else { 0.0 })
         .collect();
-    let strongest = peaks(&excited, 2).into_iter().take(CANDIDATES);
+    let mut sorted = whole.density.clone();
+    sorted.sort_by(f64::total_cmp);
+    let floor = ABOVE_FLOOR * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let strongest = peaks(&excited, 2).into_iter().take(CANDIDATES).filter(|&bin| excited[bin] > floor);
     strongest.map(|bin| Candidate { frequency_hz: whole.frequency_hz[bin], bin_hz }).collect()
 }
 

@@ -87,7 +87,7 @@ modes and of 20 noise seeds. To reach: 0.01 % and 1 % at 45 dB, damping 5 % at 2
     Ok(text)
 }
 
-fn name(sweep: Sweep) -> &'static str {
+pub fn name(sweep: Sweep) -> &'static str {
     match sweep {
         Sweep::Linear => "linear",
         Sweep::Exponential => "exponential",

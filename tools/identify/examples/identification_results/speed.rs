@@ -29,8 +29,19 @@ fn median_s(run: impl Fn() -> Result<(), IdentifyError>) -> Result<f64, Identify
     Ok(times[times.len() / 2])
 }
 
+/// Programs that waited for a processor during the last minute, and processors, where the system tells.
+fn load_in_words() -> String {
+    let told = std::fs::read_to_string("/proc/loadavg").ok();
+    let load = told.and_then(|text| text.split_whitespace().next().and_then(|word| word.parse::<f64>().ok()));
+    let processors = std::thread::available_parallelism().ok();
+    load.zip(processors).map_or_else(String::new, |(load, processors)| {
+        format!("; when this was measured its load was {load:.1} on {processors} processors")
+    })
+}
+
 /// The two sizes that matter.
 pub fn times() -> Result<String, IdentifyError> {
+    let load = load_in_words();
     let record = ten_minutes();
     let sweep_s = median_s(|| identify_forced(&record, &options()).map(|_| ()))?;
     let decay = ring_down_of_seven();
@@ -47,7 +58,7 @@ pub fn times() -> Result<String, IdentifyError> {
     Ok(format!(
         "## Time on one core
 
-Processor time, median of five runs on a machine that others use too (there even that grows with the load); `cargo bench --profile host -p stillbeam-identify --bench estimator` measures with criterion.
+Processor time, median of five runs on a machine that others use too (there even that grows with the load){load}; `cargo bench --profile host -p stillbeam-identify --bench estimator` measures with criterion.
 
 | record | time | to reach |
 |---|---|---|

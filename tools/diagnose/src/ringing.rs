@@ -1,5 +1,7 @@
 //! Frequencies at which what a model leaves over rings.
 
+use rustfft::num_complex::Complex;
+
 use crate::noise::spectra;
 use crate::study::{OnAll, Study};
 
@@ -34,8 +36,51 @@ impl Study {
                 chosen.push(hz);
             }
         }
-        chosen
+        chosen.into_iter().map(|hz| self.sharpened(on_all, hz)).collect()
     }
+
+    /// The frequency near `hz` at which a steady tone takes most from the residual: windows of a few seconds tell it to a part of
+    /// their width, which turns the phase by radians over a whole recording.
+    fn sharpened(&self, on_all: &OnAll, hz: f64) -> f64 {
+        const STEPS: i32 = 12;
+        let parts: Vec<(Vec<f64>, f64)> = (0..self.weights.len())
+            .flat_map(|output| {
+                let weight = self.weights[output];
+                self.parts(on_all, output).into_iter().map(move |part| {
+                    let rate_hz = part.record.rate_hz(part.output);
+                    (part.residual.iter().map(|value| value * weight).collect(), rate_hz)
+                })
+            })
+            .collect();
+        let longest_s =
+            parts.iter().map(|(series, rate_hz)| series.len() as f64 / rate_hz).fold(0.0, f64::max);
+        if longest_s <= 0.0 {
+            return hz;
+        }
+        let power =
+            |hz: f64| parts.iter().map(|(series, rate_hz)| tone_power(series, hz / rate_hz)).sum::<f64>();
+        // Neighbouring steps turn the phase by a quarter of a period between the ends of the longest recording, then by less and less.
+        let mut best = hz;
+        let mut step_hz = 0.25 / longest_s;
+        for _ in 0..4 {
+            let tried = (-STEPS..=STEPS).map(|step| best + f64::from(step) * step_hz).filter(|hz| *hz > 0.0);
+            best = tried.max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(best);
+            step_hz *= 0.2;
+        }
+        best
+    }
+}
+
+/// What a tone of so many periods per sample has in common with a series: the square of the Fourier sum over half the count.
+fn tone_power(series: &[f64], periods_per_sample: f64) -> f64 {
+    let turn = Complex::from_polar(1.0, std::f64::consts::TAU * periods_per_sample);
+    let mut phasor = Complex::new(1.0, 0.0);
+    let mut sum = Complex::new(0.0, 0.0);
+    for value in series {
+        sum += phasor * value;
+        phasor *= turn;
+    }
+    2.0 * sum.norm_sqr() / series.len().max(1) as f64
 }
 
 /// Offset of a peak from its highest bin, from the parabola through the logarithms.

@@ -16,6 +16,8 @@ pub(crate) struct Scale {
     pub(crate) displacement: f64,
     /// Largest absolute displacement.
     pub(crate) reach: f64,
+    /// From the one end of the motion to the other.
+    pub(crate) travel: f64,
     /// Root mean square of the velocity.
     pub(crate) velocity: f64,
     /// A hundredth of the force that moves what it moves that fast.
@@ -55,6 +57,7 @@ impl Scales {
                 let found = Scale {
                     displacement: displacement[0],
                     reach: displacement[1],
+                    travel: travel(&trace.displacements[index]),
                     velocity: velocity[0],
                     force,
                 };
@@ -71,6 +74,7 @@ impl Scales {
                 let found = Scale {
                     displacement: spread_of_input[0],
                     reach: spread_of_input[1],
+                    travel: travel(input),
                     velocity: spread(&speed)[0],
                     force: 0.0,
                 };
@@ -110,6 +114,12 @@ fn spread(samples: &[f64]) -> [f64; 2] {
     let mean = samples.iter().sum::<f64>() / n;
     let square = samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n;
     [square.sqrt(), samples.iter().map(|value| value.abs()).fold(0.0, f64::max)]
+}
+
+fn travel(samples: &[f64]) -> f64 {
+    let most = samples.iter().fold(f64::NEG_INFINITY, |most, value| most.max(*value));
+    let least = samples.iter().fold(f64::INFINITY, |least, value| least.min(*value));
+    (most - least).max(0.0)
 }
 
 fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {

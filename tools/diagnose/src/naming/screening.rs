@@ -62,13 +62,14 @@ pub(crate) fn screen(
         .enumerate()
         .filter(|_| !is_given_up())
         .filter_map(|(index, candidate)| {
-            let mut seen: Vec<Seen> = telling
+            let seen: Vec<Seen> = telling
                 .best_trials(stack, fitted, candidate)
                 .into_iter()
                 .filter_map(|sized| {
                     see(stack, fitted, &residuals, &absorbing, candidate, sized, telling.record)
                 })
                 .collect();
+            let mut seen = joined_quadratures(seen, &residuals);
             seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
             let least = WORTH * seen.first().map_or(0.0, |best| best.explained);
             let others = seen.iter().skip(1).take(OTHERS).filter(|other| other.explained > least);
@@ -133,6 +134,7 @@ impl<'t> Telling<'t> {
         if compared.is_empty() {
             compared = trials.filter_map(|trial| self.sized(stack, fitted, candidate, trial, 1.0)).collect();
         }
+        share_with_quadrature(&mut compared);
         compared.sort_by(|a, b| b.explained.total_cmp(&a.explained));
         compared.truncate(MANY);
         let simulated = |sized: Sized<'c>| match sized.effect {
@@ -210,9 +212,42 @@ impl<'t> Telling<'t> {
     }
 }
 
+/// Waves that differ by a quarter in phase and in nothing else count together: each alone may explain nothing of a wave between them.
+fn share_with_quadrature(compared: &mut [Sized<'_>]) {
+    for later in 1..compared.len() {
+        let (before, after) = compared.split_at_mut(later);
+        if let (Some(one), Some(other)) = (before.last_mut(), after.first_mut())
+            && other.trial.is_quadrature_of(one.trial)
+        {
+            let both = one.explained + other.explained;
+            (one.explained, other.explained) = (both, both);
+        }
+    }
+}
+
+/// Pairs of waves a quarter apart replaced by the wave of any phase that explains most: to first order the force is linear in both, so
+/// amplitude and phase come from two trials.
+fn joined_quadratures(seen: Vec<Seen>, residuals: &[f64]) -> Vec<Seen> {
+    let mut left: Vec<Option<Seen>> = seen.into_iter().map(Some).collect();
+    let mut all = Vec::with_capacity(left.len());
+    for index in 0..left.len() {
+        let Some(one) = left[index].take() else { continue };
+        let partner = (index + 1..left.len()).find(|&later| {
+            left[later].as_ref().is_some_and(|other| other.trial.is_quadrature_of(&one.trial))
+        });
+        match partner.and_then(|later| left[later].take()).map(|other| one.joined(&other, residuals)) {
+            Some(Some(joined)) => all.push(joined),
+            Some(None) | None => all.push(one),
+        }
+    }
+    all
+}
+
 /// One trial's effect beside the residual.
 struct Seen {
     trial: Trial,
+    /// What the trial's amplitudes are to be multiplied by for one effect.
+    size: f64,
     /// What the trial's amplitudes are to be multiplied by.
     factor: f64,
     /// What the effect is to be multiplied by.
@@ -221,6 +256,44 @@ struct Seen {
     hidden: f64,
     explained: f64,
 }
+
+impl Seen {
+    /// This wave and the one a quarter of a period ahead as one; `None` where they do the same.
+    fn joined(&self, ahead: &Self, residuals: &[f64]) -> Option<Self> {
+        let (a, b, both) = (
+            dot(&self.effect, &self.effect),
+            dot(&ahead.effect, &ahead.effect),
+            dot(&self.effect, &ahead.effect),
+        );
+        let (along_a, along_b) = (dot(&self.effect, residuals), dot(&ahead.effect, residuals));
+        let determinant = a * b - both * both;
+        if determinant.is_nan() || determinant <= ALIKE * a * b {
+            return None;
+        }
+        let shares =
+            [(b * along_a - both * along_b) / determinant, (a * along_b - both * along_a) / determinant];
+        let parts = [shares[0] * self.size, shares[1] * ahead.size];
+        let factor = parts[0].hypot(parts[1]);
+        let mut effect: Vec<f64> = self.effect.iter().map(|value| shares[0] * value).collect();
+        add_scaled(&mut effect, shares[1], &ahead.effect);
+        let explained = dot(&effect, residuals);
+        let whole = |seen: &Self, share: f64, left: f64| share * share * left / (1.0 - seen.hidden);
+        let wholes = whole(self, shares[0], a) + whole(ahead, shares[1], b);
+        let trial = self.trial.turned(parts[1].atan2(parts[0]))?;
+        (factor.is_finite() && factor > 0.0).then(|| Self {
+            trial,
+            size: factor,
+            factor,
+            share: 1.0,
+            hidden: (1.0 - explained / wholes).clamp(0.0, 1.0),
+            explained,
+            effect,
+        })
+    }
+}
+
+/// Two waves are the same when less than this share of one's power is its own.
+const ALIKE: f64 = 1e-4;
 
 fn see(
     stack: &Stack<'_>,
@@ -253,7 +326,7 @@ fn see(
         share = 0.0;
     }
     let (hidden, explained) = (1.0 - left / whole, share * share * left);
-    Some(Seen { trial: trial.clone(), factor: share * size, share, effect, hidden, explained })
+    Some(Seen { trial: trial.clone(), size, factor: share * size, share, effect, hidden, explained })
 }
 
 /// How certain the best trial is.
@@ -265,7 +338,7 @@ fn screened(
     others: Vec<(Trial, f64)>,
     slowest_hz: Option<f64>,
 ) -> Option<Screened> {
-    let Seen { trial, factor, share, mut effect, hidden, explained } = seen;
+    let Seen { trial, factor, share, mut effect, hidden, explained, .. } = seen;
     let mut rest = residuals.to_vec();
     add_scaled(&mut rest, -share, &effect);
     let scatter = Scatter::new(stack, rest, slowest_hz);

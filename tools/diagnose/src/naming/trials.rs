@@ -34,6 +34,22 @@ pub(crate) struct Trial {
     pub(crate) shapes: Vec<(&'static str, f64)>,
 }
 
+impl Trial {
+    /// Whether this is another trial's wave a quarter of a period ahead.
+    pub(crate) fn is_quadrature_of(&self, other: &Self) -> bool {
+        self.amplitudes == other.amplitudes
+            && other.turned(FRAC_PI_2).is_some_and(|ahead| ahead.shapes == self.shapes)
+    }
+
+    /// The same wave with another phase; `None` for what is no wave.
+    pub(crate) fn turned(&self, by_rad: f64) -> Option<Self> {
+        let mut turned = self.clone();
+        let (_, phase) = turned.shapes.iter_mut().find(|(name, _)| *name == "phase")?;
+        *phase += by_rad;
+        Some(turned)
+    }
+}
+
 impl Candidate {
     /// The law with a trial's values, its amplitudes multiplied.
     pub(crate) fn physics(&self, trial: &Trial, factor: f64) -> Physics {
@@ -150,6 +166,7 @@ fn trials(
     // So close together that between two of them the force's pattern moves by less than a quarter of a wave over the travel.
     let waves = |name: &'static str, size: f64| -> Vec<Trial> {
         let periods = (1..=MOST_WAVES * 4).map(|quarters| 4.0 * at.reach / f64::from(quarters));
+        let periods = periods.filter(|period| *period <= at.travel);
         let both = periods.flat_map(|period| [0.0, FRAC_PI_2].map(|phase| (period, phase)));
         both.map(|(period, phase)| shaped(name, size, &[("period", period), ("phase", phase)])).collect()
     };
@@ -243,7 +260,8 @@ fn trials(
 /// Waves of a force over half the travel that are looked for.
 const MOST_WAVES: i32 = 10;
 
-/// Outside these a law is another one: a wave longer than the travel is a spring, a hysteresis that never yields too.
+/// Outside these a law is another one: a wave of which no whole period was seen is a spring and an offset, a hysteresis that never
+/// yields too.
 fn ranges(
     id: &str,
     at: Scale,
@@ -254,7 +272,7 @@ fn ranges(
     let [_, u_most] = scales.input;
     let [_, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
     match id {
-        "cogging" | "force_ripple" => vec![("period", 0.05 * at.reach, 4.0 * at.reach)],
+        "cogging" | "force_ripple" => vec![("period", 0.05 * at.reach, at.travel)],
         "end_stop" => vec![("distance", 0.1 * at.reach, at.reach)],
         "bilinear_stiffness" => vec![("contact", -0.95 * at.reach, 0.95 * at.reach)],
         "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],

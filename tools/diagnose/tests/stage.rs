@@ -1,0 +1,115 @@
+//! One body on a spring, pushed by a force: waves of any phase, what a parameter stands for, and friction that may differ by direction.
+
+mod truth;
+
+use std::f64::consts::TAU;
+
+use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
+use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_recording::Recording;
+use truth::noisy;
+
+const STAGE: &str = r#"
+    schema = 1
+    kind = "lumped"
+    [[body]]
+    name = "slider"
+    mass = 10.0
+    [[spring]]
+    between = ["slider", "ground"]
+    stiffness = 1000.0
+    [[damper]]
+    between = ["slider", "ground"]
+    damping = 8.0
+    [input]
+    column = "motor_force_N"
+    body = "slider"
+    [[output]]
+    column = "slider_position_m"
+    body = "slider"
+    quantity = "position"
+"#;
+
+fn stage() -> Model {
+    Model::from_toml("stage.toml", STAGE).unwrap()
+}
+
+/// Twenty seconds of a sweep from 0.4 to 4 Hz, grown from nothing within a second.
+fn recorded(model: &Model, amplitude_n: f64, up: bool, seed: u64) -> Recording {
+    const FINER: usize = 20;
+    let fine: Vec<f64> = (0..=2000 * FINER).map(|k| k as f64 / (100 * FINER) as f64).collect();
+    let force = |t: &f64| {
+        let swept = if up { *t } else { 20.0 - t };
+        amplitude_n * t.min(1.0) * (TAU * (0.4 * swept + 0.09 * swept * swept)).sin()
+    };
+    let input: Vec<f64> = fine.iter().map(force).collect();
+    let truth = Recording::new("truth", fine).with_column("motor_force_N", input.clone());
+    let simulated = simulate(model, &truth).unwrap();
+    let every = |samples: &[f64]| samples.iter().step_by(FINER).copied().collect::<Vec<f64>>();
+    let clean = Recording::new(format!("{amplitude_n} N"), every(&truth.time_s))
+        .with_column("motor_force_N", every(&input))
+        .with_column("slider_position_m", every(simulated.column("slider_position_m").unwrap()));
+    noisy(&clean, &[5e-5], 0.0, seed)
+}
+
+/// The stage as its drawing says on recordings of the stage as it is.
+fn diagnosed(truth: &Model) -> Diagnosis {
+    let train = [recorded(truth, 6.0, true, 1), recorded(truth, 10.0, false, 2)];
+    let held_out = [recorded(truth, 8.0, true, 3)];
+    let mut drawn = stage();
+    for (path, factor) in [
+        ("body.slider.mass", 1.03),
+        ("spring.slider-ground.stiffness", 0.97),
+        ("damper.slider-ground.damping", 1.04),
+    ] {
+        drawn.set_parameter(path, factor * drawn.parameter(path).unwrap()).unwrap();
+    }
+    diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap()
+}
+
+fn with(law: Physics) -> Model {
+    let mut truth = stage();
+    truth.setup_mut().physics.push(law);
+    truth
+}
+
+fn named(found: &Diagnosis) -> Vec<&str> {
+    found.effects.iter().map(|effect| effect.id.as_str()).collect()
+}
+
+#[test]
+fn a_wave_between_the_phases_that_are_tried_is_named() {
+    for law in [
+        Physics::new("cogging", "slider").with("force", 0.5).with("period", 0.011).with("phase", -2.2),
+        Physics::new("periodic_disturbance", "environment")
+            .with("force", 0.3)
+            .with("frequency", 2.7137)
+            .with("phase", 0.8),
+    ] {
+        let found = diagnosed(&with(law.clone()));
+        assert_eq!(named(&found), [law.id.as_str()], "{:?}: {}", found.verdict, found.sentence);
+        assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+        for (name, truth) in &law.parameters {
+            let estimate = &found.effects[0].parameters[name];
+            assert!(
+                (estimate.value - truth).abs() < 4.5 * estimate.stderr,
+                "{name}: {estimate:?} for {truth}"
+            );
+        }
+    }
+}
+
+#[test]
+fn an_answer_does_not_depend_on_the_number_of_threads() {
+    let truth = with(Physics::new("cubic_stiffness", "slider").with("stiffness", 2e5));
+    let answer = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let found = pool.install(|| diagnosed(&truth));
+        assert_eq!(named(&found), ["cubic_stiffness"], "{}", found.sentence);
+        // In words, for what is not a number is not equal to itself.
+        format!("{:#?}", Diagnosis { seconds: 0.0, overlays: Vec::new(), ..found })
+    };
+    let (one, three) = (answer(1), answer(3));
+    let different = one.lines().zip(three.lines()).find(|(one, three)| one != three);
+    assert_eq!(different, None, "with one thread and with three");
+}

@@ -14,6 +14,7 @@ use crate::locate::locate;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
 use crate::naming::selection::{Search, Selection};
+use crate::naming::stand_ins::{Moved, StandIns};
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::next_experiment::{other_amplitude, separating_run};
 use crate::options::Options;
@@ -25,7 +26,7 @@ use crate::result::{
 };
 use crate::simulation::Hypothesis;
 use crate::study::{OnAll, Study};
-use crate::verdict::{effects, rows, ties, verdict};
+use crate::verdict::{effects, moved_cap, rows, ties, verdict};
 use crate::wording::sizes;
 
 /// What a diagnosis is doing.
@@ -87,8 +88,14 @@ pub fn diagnose(
         compared = settle(search.study, &given, &compared.refitted, floors)?;
     }
     let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.3 * done));
-    let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
+    let tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
     let refit_adequate = is_exact || is_adequate(&tests, options);
+    let stand_ins = if refit_adequate && selection.chosen.laws.is_empty() && !is_exact {
+        say("asking what parameters that moved too far stand for", 0.94);
+        search.stand_ins(&selection.chosen)
+    } else {
+        StandIns::default()
+    };
     say("testing what is left", 0.95);
     let extended = (!selection.chosen.laws.is_empty()).then(|| selection.chosen.on_all());
     let final_on_all = extended.as_ref().unwrap_or(&compared.refitted_on_all);
@@ -99,13 +106,15 @@ pub fn diagnose(
     let before = compared.refitted.sum_of_squares;
     let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
     let rest_is_noise = is_adequate(&final_tests, options);
+    let is_another_machine = stand_ins.moved.iter().any(Moved::is_another_machine);
+    let fits_within = refit_adequate && !is_another_machine;
     let verdict =
-        verdict(&selection, refit_adequate, rest_is_noise, is_loud(&final_tests, options), explained_share);
+        verdict(&selection, fits_within, rest_is_noise, is_loud(&final_tests, options), explained_share);
     // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);
     say("locating the mismatch", 0.97);
-    let missing = !(refit_adequate && selection.chosen.laws.is_empty());
+    let missing = !(fits_within && selection.chosen.laws.is_empty());
     let located = missing.then(|| {
         let found = extended.as_ref().map(|on_all| (&selection.chosen.fitted.hypothesis, on_all));
         let refitted = &compared.refitted;
@@ -121,6 +130,7 @@ pub fn diagnose(
         wanted.then(|| other_amplitude(&study, model, options)).flatten()
     };
     study.caps.extend(time_cap(&selection, options));
+    study.caps.extend(moved_cap(&stand_ins));
     let effects = if explains { effects(&selection, &candidates, samples) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
     // A refit without what is missing bends the model's own parameters to make up for it.
@@ -133,7 +143,7 @@ pub fn diagnose(
         verdict,
         sentence: sentence(verdict, &effects, &fit),
         caps: study.caps.clone(),
-        ties: if explains { ties(&selection, &candidates) } else { Vec::new() },
+        ties: if explains { ties(&selection, &stand_ins, &candidates) } else { Vec::new() },
         candidates: rows(&selection, &candidates, options.training_gate, explains),
         confusability: Confusability {
             candidates: promising.iter().map(|s| candidates[s.candidate].name()).collect(),

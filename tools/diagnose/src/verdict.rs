@@ -7,6 +7,7 @@ use stillbeam_plant::Model;
 use crate::naming::rounds::Tried;
 use crate::naming::selection::Selection;
 use crate::naming::sets::Member;
+use crate::naming::stand_ins::{Moved, StandIns};
 use crate::naming::trials::Candidate;
 use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
 use crate::statistics::distributions::two_sided_normal;
@@ -118,10 +119,21 @@ fn capitalised(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// Sets of laws that cannot be told from the chosen one.
-pub(crate) fn ties(selection: &Selection, candidates: &[Candidate]) -> Vec<Tie> {
+/// Parameters that had to move further than they can be wrong.
+pub(crate) fn moved_cap(stand_ins: &StandIns) -> Option<String> {
+    let words: Vec<String> = stand_ins.moved.iter().map(Moved::words).collect();
+    (!words.is_empty()).then(|| {
+        format!(
+            "the recordings need {}; a drawing is rarely that wrong: measure it by itself, or look for what acts beside it",
+            words.join(" and ")
+        )
+    })
+}
+
+/// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.
+pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Candidate]) -> Vec<Tie> {
     if selection.rivals.is_empty() {
-        return Vec::new();
+        return stood_for(stand_ins, candidates).into_iter().collect();
     }
     let name = |member: &Member| -> Vec<String> {
         member.laws.iter().map(|index| candidates[*index].name()).collect()
@@ -131,6 +143,33 @@ pub(crate) fn ties(selection: &Selection, candidates: &[Candidate]) -> Vec<Tie> 
     let words: Vec<String> = sets.iter().map(|set| set.join(" with ")).collect();
     let sentence = format!("These recordings cannot tell apart: {}.", words.join("; or "));
     vec![Tie { candidates: sets, sentence }]
+}
+
+/// The tie of wrong parameters and laws that do the same; the parameters are the empty set.
+fn stood_for(stand_ins: &StandIns, candidates: &[Candidate]) -> Option<Tie> {
+    if stand_ins.members.is_empty() {
+        return None;
+    }
+    let moved: Vec<String> = stand_ins.moved.iter().map(Moved::words).collect();
+    let mut sets = vec![Vec::new()];
+    let mut words = vec![format!("{}, and nothing missing", moved.join(" with "))];
+    for member in &stand_ins.members {
+        let names: Vec<String> = member.laws.iter().map(|index| candidates[*index].name()).collect();
+        let numbers: Vec<String> = member
+            .fitted
+            .free
+            .iter()
+            .zip(&member.fitted.values)
+            .filter_map(|(parameter, value)| {
+                let (_, name) = parameter.path.strip_prefix("physics.")?.split_once('.')?;
+                Some(format!("{} {value:.4}", name.replace('_', " ")))
+            })
+            .collect();
+        words.push(format!("{} ({})", names.join(" with "), numbers.join(", ")));
+        sets.push(names);
+    }
+    let sentence = format!("These recordings cannot tell apart: {}.", words.join("; or "));
+    Some(Tie { candidates: sets, sentence })
 }
 
 /// Standard errors at which a law counts as seen.

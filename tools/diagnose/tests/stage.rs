@@ -100,6 +100,26 @@ fn a_wave_between_the_phases_that_are_tried_is_named() {
 }
 
 #[test]
+fn a_cable_beside_the_models_own_spring_is_told_from_no_wrong_stiffness_but_said() {
+    let found = diagnosed(&with(Physics::new("cable_spring", "slider").with("stiffness", 260.0)));
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+    assert!(found.effects.is_empty() && found.extended_model.is_none());
+    let tie = found.ties.first().unwrap();
+    assert_eq!(tie.candidates, [vec![], vec!["cable_spring at slider".to_owned()]], "{}", tie.sentence);
+    assert!(tie.sentence.contains("spring.slider-ground.stiffness 30 % larger"), "{}", tie.sentence);
+    assert!(found.caps.iter().any(|cap| cap.contains("spring.slider-ground.stiffness")), "{:?}", found.caps);
+}
+
+#[test]
+fn a_stiffness_that_is_off_as_drawings_are_stands_for_nothing() {
+    let mut truth = stage();
+    truth.set_parameter("spring.slider-ground.stiffness", 1080.0).unwrap();
+    let found = diagnosed(&truth);
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+    assert!(found.ties.is_empty() && found.caps.is_empty(), "{:?} {:?}", found.ties, found.caps);
+}
+
+#[test]
 fn an_answer_does_not_depend_on_the_number_of_threads() {
     let truth = with(Physics::new("cubic_stiffness", "slider").with("stiffness", 2e5));
     let answer = |threads: usize| {

@@ -7,4 +7,5 @@ pub(crate) mod scales;
 pub(crate) mod screening;
 pub(crate) mod selection;
 pub(crate) mod sets;
+pub(crate) mod stand_ins;
 pub(crate) mod trials;

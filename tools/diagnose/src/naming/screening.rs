@@ -377,6 +377,34 @@ fn effect(
     Some(change)
 }
 
+/// The effect of a trial made so weak that it is about as large as the noise, and what its amplitudes were multiplied by.
+pub(crate) fn small_effect(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    candidate: &Candidate,
+    trial: &Trial,
+) -> Option<(f64, Vec<f64>)> {
+    let whole = |size: f64| -> Option<Vec<f64>> {
+        let parts =
+            (0..fitted.records.len()).map(|record| effect(stack, fitted, candidate, trial, size, record));
+        Some(parts.collect::<Option<Vec<Vec<f64>>>>()?.concat())
+    };
+    let target = (stack.present() as f64).sqrt();
+    let mut size = 1.0;
+    for _ in 0..ROUNDS {
+        let found = whole(size)?;
+        let length = dot(&found, &found).sqrt();
+        if length.is_nan() || length <= 0.0 {
+            return None;
+        }
+        if (target / CLOSE..target * CLOSE).contains(&length) {
+            return Some((size, found));
+        }
+        size *= target / length;
+    }
+    None
+}
+
 /// Absolute cosines between the effects of screened candidates.
 pub(crate) fn cosines(screened: &[&Screened]) -> Vec<Vec<f64>> {
     let length = |s: &Screened| dot(&s.direction, &s.direction).sqrt();

@@ -120,6 +120,20 @@ fn a_stiffness_that_is_off_as_drawings_are_stands_for_nothing() {
 }
 
 #[test]
+fn friction_of_which_only_the_sum_is_seen_may_differ_by_direction() {
+    let both: Vec<String> =
+        ["coulomb_friction at slider", "asymmetric_friction at slider"].map(str::to_owned).to_vec();
+    for (forward, backward) in [(0.05, 0.02), (0.035, 0.035)] {
+        let law = Physics::new("asymmetric_friction", "slider");
+        let law = law.with("force_forward", forward).with("force_backward", backward);
+        let found = diagnosed(&with(law.with("viscous_forward", 0.0).with("viscous_backward", 0.0)));
+        assert_eq!(named(&found), ["coulomb_friction"], "{:?}: {}", found.verdict, found.sentence);
+        let tied: Vec<String> = found.ties.iter().flat_map(|tie| tie.candidates.concat()).collect();
+        assert!(both.iter().all(|name| tied.contains(name)), "{forward} and {backward} N: {tied:?}");
+    }
+}
+
+#[test]
 fn an_answer_does_not_depend_on_the_number_of_threads() {
     let truth = with(Physics::new("cubic_stiffness", "slider").with("stiffness", 2e5));
     let answer = |threads: usize| {

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::gates::Closer;
+use super::nested::{contains, leaves_open};
 use super::rounds::Tried;
 use super::selection::{Search, Selection};
 use super::sets::Member;
@@ -178,6 +179,21 @@ impl Search<'_> {
         selection.chosen.laws.len() == 1 && !self.weighed_again
     }
 
+    /// Whether a set differs from the chosen one by a richer law in a law's place, and the recordings do not say that it is no more
+    /// than that one. That what it has more is not determined is then the point.
+    fn is_left_open(&self, other: &Tried, chosen: &Member) -> bool {
+        let rich = &self.candidates[other.candidate];
+        let mut replaced = chosen.laws.iter().filter(|law| !other.member.laws.contains(law));
+        let (Some(&simple), None) = (replaced.next(), replaced.next()) else { return false };
+        let simple = &self.candidates[simple];
+        rich.location == simple.location
+            && leaves_open(rich.law.id(), simple.law.id(), &other.parameters)
+            && other
+                .gates
+                .iter()
+                .all(|gate| gate.passed || ["determined", "bounds"].contains(&gate.name.as_str()))
+    }
+
     fn find_rivals(&self, selection: &mut Selection, without: &Member) {
         let tried = if self.knows_rivals(selection) {
             selection.tried.clone()
@@ -200,24 +216,12 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            if other.passes()
-                && as_simple
-                && let Some(member) = self.finished_if_close(other.member.clone(), chosen)
-            {
+            let contends = (other.passes() && as_simple) || self.is_left_open(&other, chosen);
+            if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {
                 selection.rivals.push(member);
             }
             selection.tried.retain(|known| known.candidate != other.candidate);
             selection.tried.push(other);
         }
-    }
-}
-
-/// Whether one law is another at the end of its range.
-fn contains(rich: &str, simple: &str) -> bool {
-    match simple {
-        "coulomb_friction" => ["stribeck_friction", "asymmetric_friction", "hysteresis"].contains(&rich),
-        "constant_force" => ["asymmetric_friction", "cogging"].contains(&rich),
-        "cable_spring" => ["hysteresis", "cogging", "bilinear_stiffness"].contains(&rich),
-        _ => false,
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod gates;
 mod judgement;
+mod nested;
 pub(crate) mod rounds;
 pub(crate) mod scales;
 pub(crate) mod screening;

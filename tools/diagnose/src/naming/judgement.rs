@@ -75,11 +75,9 @@ impl Search<'_> {
     /// Of sets that cannot be told apart the one with the fewest parameters is the finding, where its laws pass their gates too.
     fn put_simplest_first(&self, selection: &mut Selection, refitted: &Fitted) {
         let size = |member: &Member| member.fitted.free.len();
-        let simpler = selection.rivals.iter().filter(|rival| size(rival) < size(&selection.chosen));
-        let Some(laws) = simpler.min_by_key(|rival| size(rival)).map(|rival| rival.laws.clone()) else {
-            return;
-        };
-        let Some(rival) = selection.rivals.iter_mut().find(|rival| rival.laws == laws) else { return };
+        let sizes: Vec<usize> = selection.rivals.iter().map(size).collect();
+        let Some(simplest) = simplest_below(size(&selection.chosen), &sizes) else { return };
+        let rival = &mut selection.rivals[simplest];
         let (judged, _) = self.judge_laws(rival, refitted);
         if judged.iter().all(Tried::passes) {
             std::mem::swap(rival, &mut selection.chosen);
@@ -223,5 +221,23 @@ impl Search<'_> {
             selection.tried.retain(|known| known.candidate != other.candidate);
             selection.tried.push(other);
         }
+    }
+}
+
+/// The first of the smallest that are smaller than what was chosen: as simple is no reason to change.
+fn simplest_below(chosen: usize, rivals: &[usize]) -> Option<usize> {
+    let smaller = rivals.iter().enumerate().filter(|(_, size)| **size < chosen);
+    smaller.min_by_key(|(_, size)| **size).map(|(place, _)| place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::simplest_below;
+
+    #[test]
+    fn only_a_simpler_rival_takes_the_place_of_the_chosen_set_and_the_first_of_the_simplest() {
+        assert_eq!(simplest_below(5, &[]), None);
+        assert_eq!(simplest_below(5, &[5, 6]), None);
+        assert_eq!(simplest_below(5, &[4, 3, 6, 3]), Some(1));
     }
 }

@@ -36,6 +36,8 @@ pub struct Refit {
     pub kind: Kind,
     /// Per run: root mean square of what is left, in units of the noise.
     pub left: Vec<f64>,
+    /// The same where the machine may begin from any state: what a spring that was let go at the first reading does is no sign of a law.
+    pub left_from_any_start: Vec<f64>,
 }
 
 /// Fits `nominal` to runs read at `rate_hz`; offsets of every reading are free. `None` if the model is impossible.
@@ -47,7 +49,7 @@ pub fn refit(nominal: &Kind, runs: &[Observed], rate_hz: f64) -> Option<Refit> {
         let plant = family.plant(theta)?;
         let mut all = Vec::new();
         for (run, command) in runs.iter().zip(&commands) {
-            append_residual(&plant, run, command, rate_hz, &mut all);
+            append_residual(&plant, run, command, (rate_hz, at_rest(&run.excitation)), &mut all);
         }
         Some(DVector::from_vec(all))
     };
@@ -84,14 +86,55 @@ pub fn refit(nominal: &Kind, runs: &[Observed], rate_hz: f64) -> Option<Refit> {
             break;
         }
     }
+    let plant = family.plant(&theta)?;
     let mut at = 0;
-    let per_run = runs.iter().map(|run| {
+    let mut refit = Refit { left: Vec::new(), left_from_any_start: Vec::new(), kind: family.kind(&theta) };
+    for run in runs {
         let count: usize = run.outputs.iter().map(|(_, readings, _)| readings.len()).sum();
-        let part = left.rows(at, count).norm() / (count.max(1) as f64).sqrt();
+        let mut part = left.rows(at, count).into_owned();
         at += count;
-        part
-    });
-    Some(Refit { left: per_run.collect(), kind: family.kind(&theta) })
+        let root = (count.max(1) as f64).sqrt();
+        refit.left.push(part.norm() / root);
+        remove_free_responses(&plant, run, rate_hz, &mut part);
+        refit.left_from_any_start.push(part.norm() / root);
+    }
+    Some(refit)
+}
+
+/// Takes what other initial states could have done out of a residual.
+fn remove_free_responses(plant: &LinearPlant, run: &Observed, rate_hz: f64, residual: &mut DVector<f64>) {
+    let count = run.outputs.first().map_or(0, |(_, readings, _)| readings.len());
+    let silence = vec![0.0; (count.max(1) - 1) * CUTS + 1];
+    let unread =
+        run.outputs.iter().map(|(output, readings, noise)| (*output, vec![0.0; readings.len()], *noise));
+    let unread = Observed { excitation: run.excitation.clone(), outputs: unread.collect() };
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    for state in 0..2 * plant.size {
+        let mut start = [0.0; WIDEST];
+        start[state] = 1.0;
+        let mut free = Vec::new();
+        append_residual(plant, &unread, &silence, (rate_hz, start), &mut free);
+        let mut free = DVector::from_vec(free);
+        let whole = free.norm();
+        // Twice: one pass leaves rounding of what was large.
+        for known in basis.iter().chain(&basis) {
+            free.axpy(-known.dot(&free), known, 1.0);
+        }
+        let own = free.norm();
+        if own > 1e-9 * whole {
+            basis.push(free / own);
+        }
+    }
+    for known in &basis {
+        residual.axpy(-known.dot(residual), known, 1.0);
+    }
+}
+
+/// At rest, the first coordinate where the run begins.
+fn at_rest(excitation: &Excitation) -> [f64; WIDEST] {
+    let mut start = [0.0; WIDEST];
+    start[0] = excitation.pulled_aside();
+    start
 }
 
 /// Noise-free readings of the linear model from rest, one list per output of its plant.
@@ -108,7 +151,7 @@ pub fn linear_readings(
     let command: Vec<f64> =
         (0..=(count - 1) * CUTS).map(|k| excitation.at(k as f64 / (rate_hz * CUTS as f64)).value).collect();
     let mut all = vec![Vec::with_capacity(count); plant.outputs.len()];
-    march(&plant, &command, (rate_hz, excitation.pulled_aside()), |states, u| {
+    march(&plant, &command, (rate_hz, at_rest(excitation)), |states, u| {
         for (list, (_, row, share)) in all.iter_mut().zip(&plant.outputs) {
             list.push(row.as_slice().iter().zip(states).map(|(r, x)| r * x).sum::<f64>() + share * u);
         }
@@ -125,9 +168,15 @@ fn command(run: &Observed, rate_hz: f64, joined: bool) -> Vec<f64> {
 }
 
 /// Readings minus model, in units of the noise, each with its mean taken off.
-fn append_residual(plant: &LinearPlant, run: &Observed, command: &[f64], rate_hz: f64, all: &mut Vec<f64>) {
+fn append_residual(
+    plant: &LinearPlant,
+    run: &Observed,
+    command: &[f64],
+    (rate_hz, start): (f64, [f64; WIDEST]),
+    all: &mut Vec<f64>,
+) {
     let mut parts: Vec<Vec<f64>> = run.outputs.iter().map(|_| Vec::new()).collect();
-    march(plant, command, (rate_hz, run.excitation.pulled_aside()), |states, u| {
+    march(plant, command, (rate_hz, start), |states, u| {
         for (part, (output, readings, noise)) in parts.iter_mut().zip(&run.outputs) {
             let (_, row, share) = &plant.outputs[*output];
             let y = row.as_slice().iter().zip(states).map(|(r, x)| r * x).sum::<f64>() + share * u;
@@ -140,11 +189,11 @@ fn append_residual(plant: &LinearPlant, run: &Observed, command: &[f64], rate_hz
     }
 }
 
-/// Exact steps under straight lines of the command, from rest with the first coordinate pulled aside, one look per reading.
+/// Exact steps under straight lines of the command, one look per reading.
 fn march(
     plant: &LinearPlant,
     command: &[f64],
-    (rate_hz, aside): (f64, f64),
+    (rate_hz, start): (f64, [f64; WIDEST]),
     mut look: impl FnMut(&[f64], f64),
 ) {
     let h = 1.0 / (rate_hz * CUTS as f64);
@@ -165,8 +214,7 @@ fn march(
     let step = generator.exp();
     let rows: Vec<[f64; WIDEST]> =
         (0..2 * n).map(|row| std::array::from_fn(|k| if k < wide { step[(row, k)] } else { 0.0 })).collect();
-    let mut state = [0.0; WIDEST];
-    state[0] = aside;
+    let mut state = start;
     for (k, u) in command.iter().enumerate() {
         if k % CUTS == 0 {
             look(&state[..n], *u);
@@ -261,7 +309,7 @@ mod tests {
     use crate::truth::beam_elements::Strip;
     use crate::truth::excitation::Shape;
     use crate::truth::law::Physics;
-    use crate::truth::plant::{BeamMachine, InputKind};
+    use crate::truth::plant::{BeamMachine, InputKind, SlideMachine};
     use crate::truth::run::Rig;
 
     fn beam(input: InputKind) -> Kind {
@@ -325,6 +373,29 @@ mod tests {
             // Of readings that are a thousand times the noise.
             assert!(fit.left[0] < 1.0, "{:?}", fit.left);
         }
+    }
+
+    /// A cable whose rest is aside jerks the body at the first reading; apart from that it is a stiffer spring.
+    #[test]
+    fn a_cable_beside_a_spring_leaves_nothing_where_the_start_is_free() {
+        let truth = Kind::Slide(SlideMachine {
+            bodies: vec![("slider".to_owned(), 8.0)],
+            ground_stiffness: 900.0,
+            ground_damping: 8.0,
+            coupling: [0.0, 0.0],
+            position_loop: None,
+            let_go: false,
+        });
+        let cable = [("stiffness", 90.0), ("rest_position", 2e-3)];
+        let run = observed(&truth, &[Physics::new("cable_spring", "slider", &cable)], 5.0);
+        let fit = refit(&truth, &[run], 100.0).unwrap();
+        assert!(fit.left[0] > 2.0, "{:?}", fit.left);
+        assert!(
+            fit.left_from_any_start[0] < 0.3 * fit.left[0],
+            "{:?} of {:?}",
+            fit.left_from_any_start,
+            fit.left
+        );
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::draw_machine::{Family, frequencies_hz, nominal};
 use super::draw_runs::runs;
 use super::{Channel, Concealment, Measured, Role, RunPlan, Truth};
 use crate::random::Random;
-use crate::refit::{Observed, refit};
+use crate::refit::{Observed, Refit, refit};
 use crate::truth::devices::Device;
 use crate::truth::law::Physics;
 use crate::truth::plant::InputKind;
@@ -161,9 +161,14 @@ impl Bench {
 
     /// What a linear refit of all training runs leaves, per run.
     pub(super) fn left(&self, outcomes: &[Outcome]) -> Option<Vec<f64>> {
+        Some(self.refitted(outcomes)?.left)
+    }
+
+    /// A linear refit of all training runs.
+    pub(super) fn refitted(&self, outcomes: &[Outcome]) -> Option<Refit> {
         let observed: Vec<Observed> =
             training(&self.plans).zip(outcomes).map(|(plan, outcome)| self.observed(plan, outcome)).collect();
-        Some(refit(&self.start(), &observed, RATE_HZ)?.left)
+        refit(&self.start(), &observed, RATE_HZ)
     }
 
     pub(super) fn outcomes(&self, physics: &[Physics]) -> Option<Vec<Outcome>> {

@@ -119,6 +119,9 @@ pub struct Measured {
     pub effect_over_noise: f64,
     /// What a linear refit of all training recordings leaves, root mean square over the noise.
     pub left_over_noise: f64,
+    /// The same where every recording may begin from any state, as no lab knows better.
+    #[serde(default)]
+    pub left_from_any_start: f64,
     /// Per training recording: share (0 to 1) of the effect's root mean square that a refit of it alone hides.
     pub hidden_share: Vec<f64>,
     /// What a linear refit leaves of the truth without the effect: the nominal model's own limits.

@@ -28,6 +28,11 @@ pub(crate) struct Spectral {
 const SEGMENTS: usize = 4;
 /// Candidates taken from each of the three rankings of peaks.
 const CANDIDATES: usize = 6;
+/// An input that changes by less than this share of its largest change per sample rests: a hundredth is above the steps of an
+/// encoder and below what a sweep does anywhere but at its turning points.
+const STILL: f64 = 0.01;
+/// Share of a record in which the input has to rest for ringing to be looked for: a response to the input is found without.
+const RESTING: f64 = 0.25;
 /// Ratio of powers by which what rings tops the median of its spectrum: the largest of a hundred thousand bins of noise does so
 /// once in a few hundred records. Scanning around peaks of noise takes time.
 const ABOVE_FLOOR: f64 = 25.0;
@@ -308,13 +313,22 @@ fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> 
     let bin_hz = spectral.bin_hz();
     let mut found: Vec<Candidate> =
         bins.into_iter().map(|bin| Candidate { frequency_hz: spectra.frequency_hz[bin], bin_hz }).collect();
-    for other in ringing(&output, spectral) {
+    let ringing = if rests(&spectral.record.input) { ringing(&output, spectral) } else { Vec::new() };
+    for other in ringing {
         let is_tried = |known: &Candidate| (known.frequency_hz - other.frequency_hz).abs() <= AROUND * bin_hz;
         if !found.iter().any(is_tried) {
             found.push(other);
         }
     }
     found
+}
+
+/// Whether the input stays where it is for a good part of the record.
+fn rests(input: &[f64]) -> bool {
+    let moved: Vec<f64> = input.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    let most = moved.iter().fold(0.0_f64, |most, moved| most.max(*moved));
+    let still = moved.iter().filter(|moved| **moved < STILL * most).count();
+    still as f64 > RESTING * moved.len() as f64
 }
 
 /// Peaks of the whole residual's spectrum within the excited band.

@@ -137,6 +137,10 @@ impl<'a> Machine<'a> {
             run.stamps.push(run.time_s.len());
             let Some(interval_s) = stamps.interval_s(index) else { break };
             let start_s = stamps.at(index);
+            // What has run away does not come back, and laws take long to find forces for it.
+            if ran_away(&self.plant.state) {
+                return Err(PlantError::RanAway { time_s: start_s });
+            }
             let (from, to) = match input.get(index..index + 2) {
                 Some(&[from, to]) => (from, if zero_order { from } else { to }),
                 _ => (0.0, 0.0),
@@ -227,6 +231,12 @@ impl<'a> Machine<'a> {
         to = self.motions.iter_mut().fold(to, |y, law| law.pass(time_s, y));
         self.look(run, time_s, u, to, slope);
     }
+}
+
+/// Whether a state is beyond any machine, in units of metres, newtons and whatever else a model may have.
+pub(super) fn ran_away(state: &[f64]) -> bool {
+    const BEYOND: f64 = 1e12;
+    !state.iter().all(|entry| entry.abs() < BEYOND)
 }
 
 /// The same model with its base position as input and no drive.

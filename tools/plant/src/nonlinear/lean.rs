@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::assembly::{Machine, Run};
+use super::assembly::{Machine, Run, ran_away};
 use super::engine::{Effort, Element, Engine, settled};
 use super::steps::{Port, PortStep};
 use crate::catalogue::{SignalLaw, Step};
@@ -320,7 +320,7 @@ fn lean<const N: usize>(
             lean.advance(&map, time_s, step_s, u, slope);
         }
         // What has run away does not come back, and laws take long to find forces for it.
-        if wanted && !lean.state.iter().all(|entry| entry.is_finite()) {
+        if wanted && ran_away(&lean.state) {
             return Err(PlantError::RanAway { time_s: start_s });
         }
     }

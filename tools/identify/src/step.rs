@@ -58,27 +58,41 @@ impl Step {
 /// The few step lengths that occur again and again in a record, even when its stamps were rounded.
 pub(crate) struct StepCache {
     lambda: Complex64,
-    steps: [Option<Step>; 4],
-    next: usize,
+    steps: Vec<Step>,
+    /// The one that the next new length takes the place of.
+    oldest: usize,
 }
+
+/// How many lengths are remembered.
+const REMEMBERED: usize = 4;
 
 /// Steps that differ by less than this share are the same: the stamps' own rounding is of that size.
 const SAME_STEP: f64 = 1e-9;
 
 impl StepCache {
     pub(crate) fn new(lambda: Complex64) -> Self {
-        Self { lambda, steps: [None; 4], next: 0 }
+        Self { lambda, steps: Vec::with_capacity(REMEMBERED), oldest: 0 }
     }
 
-    pub(crate) fn get(&mut self, h: f64) -> Step {
-        let same = |step: &&Step| (step.length_s - h).abs() <= SAME_STEP * h.abs();
-        if let Some(step) = self.steps.iter().flatten().find(same) {
-            return *step;
+    pub(crate) fn get(&mut self, h: f64) -> &Step {
+        let same = |step: &Step| (step.length_s - h).abs() <= SAME_STEP * h.abs();
+        let place = match self.steps.iter().position(same) {
+            Some(place) => place,
+            None => self.remember(Step::new(self.lambda, h)),
+        };
+        &self.steps[place]
+    }
+
+    #[cold]
+    fn remember(&mut self, step: Step) -> usize {
+        if self.steps.len() < REMEMBERED {
+            self.steps.push(step);
+            return self.steps.len() - 1;
         }
-        let step = Step::new(self.lambda, h);
-        self.steps[self.next] = Some(step);
-        self.next = (self.next + 1) % self.steps.len();
-        step
+        let place = self.oldest;
+        self.steps[place] = step;
+        self.oldest = (place + 1) % REMEMBERED;
+        place
     }
 }
 

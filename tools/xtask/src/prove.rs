@@ -4,7 +4,8 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::run::run;
 
-/// What the test command asks for: one round of every kind. Ratchets: raise them when the tool does better.
+/// What the test command asks for: one round of every kind. Ratchets: raise them when the tool does better. It answers 18 rightly and
+/// gives no wrong name; six may be lost to a slower computer.
 ///
 /// A case has a limit of processor time, so a busy computer changes no mark.
 const SUBSET: [&str; 12] = [
@@ -18,7 +19,7 @@ const SUBSET: [&str; 12] = [
     "--page",
     "target/prove-subset/page.md",
     "--least-right",
-    "5",
+    "12",
     "--most-wrong",
     "1",
 ];

@@ -6,7 +6,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, is_adequate, is_loud};
-use crate::comparison::{Compared, compare, settle};
+use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::intervals::standard_errors;
@@ -88,9 +88,19 @@ pub fn diagnose(
         compared = settle(search.study, &given, &compared.refitted, floors)?;
     }
     let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.3 * done));
-    let tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
-    let refit_adequate = is_exact || is_adequate(&tests, options);
-    let stand_ins = if refit_adequate && selection.chosen.laws.is_empty() && !is_exact {
+    let mut tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
+    let mut refit_adequate = is_exact || is_adequate(&tests, options);
+    let had_to_see_all = !refit_adequate && selection.chosen.laws.is_empty();
+    if had_to_see_all {
+        say("refitting the model on the held-out recordings too", 0.93);
+        let everywhere = on_everything(search.study, &given, &compared)?;
+        let everywhere_tests = search.study.adequacies(&everywhere.refitted_on_all, &everywhere.floors);
+        if is_adequate(&everywhere_tests, options) {
+            (compared, tests, refit_adequate) = (everywhere, everywhere_tests, true);
+            search.study.caps.push(REFITTED_ON_ALL.to_owned());
+        }
+    }
+    let stand_ins = if refit_adequate && selection.chosen.laws.is_empty() && !is_exact && !had_to_see_all {
         say("asking what parameters that moved too far stand for", 0.94);
         search.stand_ins(&selection.chosen)
     } else {
@@ -171,6 +181,10 @@ pub fn diagnose(
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
 }
+
+/// Said where the training recordings did not show enough of the machine.
+const REFITTED_ON_ALL: &str = "the training recordings alone do not determine the model's parameters: it was refitted on the held-out ones too, and \
+     no recording is left to judge that refit on; record one more that excites everything";
 
 /// The catalogue, with trial values that fit this machine.
 fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {

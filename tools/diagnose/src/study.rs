@@ -37,6 +37,11 @@ pub(crate) struct OnAll {
     pub(crate) held_out: Vec<RecordFit>,
 }
 
+/// Whether less is left of an output than is looked for.
+fn is_resolved(part: &OutputResidual<'_>) -> bool {
+    reach(&part.residual) <= RESOLVED * reach(&part.record.outputs[part.output].samples)
+}
+
 impl Study {
     /// Sorts and checks the recordings.
     pub(crate) fn new(
@@ -126,6 +131,16 @@ impl Study {
             .map(|record| record.outputs.iter().map(|output| self.weights[output.index]).collect())
             .collect();
         Stack { records: records.iter().collect(), weights, patience: None }
+    }
+
+    /// All recordings as one long vector, training recordings first.
+    pub(crate) fn everything(&self) -> Stack<'_> {
+        let (train, held_out) = (self.stack(Role::Train), self.stack(Role::HeldOut));
+        Stack {
+            records: [train.records, held_out.records].concat(),
+            weights: [train.weights, held_out.weights].concat(),
+            patience: None,
+        }
     }
 
     /// A hypothesis on all recordings: offsets and initial states are fitted, nothing else.
@@ -251,6 +266,10 @@ impl Study {
         for (output, floor) in floors.iter().enumerate() {
             let Some(floor) = floor else { continue };
             for part in self.parts(on_all, output) {
+                // The base of a simulation that follows its setpoint: what is left is rounding, and its noise nothing.
+                if is_resolved(&part) {
+                    continue;
+                }
                 let signal = &part.record.outputs[part.output];
                 let input = part.record.input.as_ref();
                 let series = Series {
@@ -270,10 +289,7 @@ impl Study {
     /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do: recordings without noise,
     /// from a simulation. Their noise floor is no noise, and what stands out of it no physics.
     pub(crate) fn is_exact(&self, on_all: &OnAll) -> bool {
-        (0..self.weights.len()).flat_map(|output| self.parts(on_all, output)).all(|part| {
-            let recorded = &part.record.outputs[part.output].samples;
-            reach(&part.residual) <= RESOLVED * reach(recorded)
-        })
+        (0..self.weights.len()).flat_map(|output| self.parts(on_all, output)).all(|part| is_resolved(&part))
     }
 
     /// Takes out lone outliers that a fitted model shows. Whether there were any.

@@ -32,6 +32,8 @@ impl Console<'_> {
         say(out, format_args!("shaper_crc32 0x{:08x}", table.crc32()));
         say(out, format_args!("shaper_duration_ms {:.3}", Decimal(table.duration_s() * 1e3)));
         say(out, format_args!("shaper_delay_ms {:.3}", Decimal(table.delay_s() * 1e3)));
+        let lag_s = table.tick_rate().seconds(self.lag_ticks);
+        say(out, format_args!("shaper_lag_ms {:.3}", Decimal(lag_s * 1e3)));
         say(out, format_args!("history_samples {} of {}", table.history_samples(), self.history_samples));
     }
 

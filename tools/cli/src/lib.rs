@@ -4,6 +4,7 @@
 //! |---|---|
 //! | arguments become work, one file per subcommand | [`commands`] |
 //! | a board is anything that speaks the console protocol over bytes | [`board`] |
+//! | what a board streamed becomes a recording | [`board_recording`] |
 //! | the main job, from a sweep to a still beam | [`demo`] |
 //! | the paper's tables and figures, made again | [`paper`] |
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
@@ -18,6 +19,7 @@
 
 pub mod base_move;
 pub mod board;
+pub mod board_recording;
 pub mod command_signal;
 pub mod commands;
 pub mod data;

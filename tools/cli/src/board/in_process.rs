@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity};
-use stillbeam_firmware::control::Inputs;
+use stillbeam_firmware::control::{Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::sender::Sender;
@@ -18,8 +18,13 @@ use stillbeam_firmware::telemetry::sender::Sender;
 use super::ByteLink;
 use super::ram_flash::RamFlash;
 
+/// What is wired to the board: the inputs of a tick, from the outputs of the tick before; none before the first.
+pub type Wiring = Box<dyn FnMut(Option<&TickOutput>) -> Inputs>;
+
 /// The core as a board.
 pub struct InProcessBoard {
+    wiring: Wiring,
+    last: Option<TickOutput>,
     parts: Parts<'static>,
     store: SettingsStore<RamFlash>,
     sender: Sender,
@@ -35,16 +40,23 @@ impl fmt::Debug for InProcessBoard {
 }
 
 impl InProcessBoard {
-    /// A board as after reset, its greeting already sent.
+    /// A board as after reset with nothing at its inputs, its greeting already sent.
     ///
     /// The machine's memory, some 115 KiB, is given to the process for good: its parts borrow from it.
     pub fn new() -> Self {
+        Self::wired(Box::new(|_| Inputs::default()))
+    }
+
+    /// The same with something at its inputs: an encoder that follows the setpoint, a trigger.
+    pub fn wired(wiring: Wiring) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
         let identity =
             Identity { version: env!("CARGO_PKG_VERSION"), board: "core", timer_clock_hz: TIMER_CLOCK_HZ };
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
         let parts = machine.split(identity, histories);
         let mut board = Self {
+            wiring,
+            last: None,
             parts,
             store: SettingsStore::new(RamFlash::new()),
             sender: Sender::new(),
@@ -65,7 +77,8 @@ impl InProcessBoard {
     fn tick(&mut self) {
         let period_s = self.parts.console.tick_rate().period_s();
         self.clock_s += period_s;
-        self.parts.controller.tick(Inputs::default());
+        let inputs = (self.wiring)(self.last.as_ref());
+        self.last = Some(self.parts.controller.tick(inputs));
         while let Some(sample) = self.parts.samples.dequeue() {
             self.outgoing.extend(self.sender.send(sample).unwrap_or_default());
         }

@@ -4,25 +4,19 @@ use std::path::Path;
 
 use clap::Args;
 use stillbeam_firmware::motion::spec::USAGES;
-use stillbeam_firmware::telemetry::Sample;
-use stillbeam_firmware::units::Nanometres;
-use stillbeam_plant::SETPOINT;
-use stillbeam_recording::{Recording, write_csv};
+use stillbeam_recording::write_csv;
 
-use crate::board::{BoardTarget, StreamedMotion};
+use crate::board::BoardTarget;
+use crate::board_recording::{lost_samples, recording};
 use crate::error::CliError;
 use crate::streams::Streams;
-
-/// Column of the command before shaping.
-const COMMAND: &str = "command_m";
-
-/// Column of the encoder, where there is one.
-const ENCODER: &str = "encoder_m";
 
 /// Run a motion on a board and write what it streams as a recording.
 ///
 /// The columns are time_s (zero when the command starts to change), command_m (before shaping), setpoint_m
-/// (after) and, with an encoder, encoder_m. The side file (.toml) says how many samples were lost, and where. To identify the machine, add what a sensor saw as a further column on the same clock, with empty cells
+/// (after), with an encoder encoder_m, input_1_level to input_3_level (the general inputs, 0 or 1) and state_number
+/// (0 rest, 1 moving, 2 sweeping, 3 stopping, 4 settling, 5 fault, 6 multisine, 7 pulsing, 8 decaying, 9 playing).
+/// The side file (.toml) says how many samples were lost, and where. To identify the machine, add what a sensor saw as a further column on the same clock, with empty cells
 /// where there is no frame; an offset of the sensor's clock shows as the same delay in every mode.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -93,67 +87,4 @@ impl RecordArgs {
         }
         Ok(())
     }
-}
-
-fn lost_samples(streamed: &StreamedMotion) -> u64 {
-    streamed.gaps.iter().map(|gap| u64::from(gap.lost)).sum()
-}
-
-/// The streamed samples from the last before the command changes, which is at time zero. A row without a sample is empty.
-fn recording(name: &str, motion: &str, streamed: &StreamedMotion) -> Recording {
-    let samples: Vec<&Sample> = streamed.samples.iter().skip(streamed.start).collect();
-    let first = samples.first().map_or(0, |sample| sample.sequence);
-    let row = |sample: &Sample| sample.sequence.wrapping_sub(first) as usize;
-    let rows = samples.last().map_or(0, |sample| row(sample) + 1);
-    let column = |value: &dyn Fn(&Sample) -> Option<f64>| {
-        let mut cells = vec![f64::NAN; rows];
-        for sample in &samples {
-            if let (Some(cell), Some(value)) = (cells.get_mut(row(sample)), value(sample)) {
-                *cell = value;
-            }
-        }
-        cells
-    };
-    let metres = |position: Nanometres| f64::from(position.0) * 1e-9;
-    let time_s = (0..rows).map(|index| index as f64 / streamed.rate_hz()).collect();
-    let mut recording = Recording::new(name, time_s)
-        .with_column(COMMAND, column(&|sample| Some(metres(sample.command))))
-        .with_column(SETPOINT, column(&|sample| Some(metres(sample.setpoint))));
-    if samples.iter().any(|sample| sample.encoder.is_some()) {
-        recording = recording.with_column(ENCODER, column(&|sample| sample.encoder.map(metres)));
-    }
-    recording.notes = notes(motion, streamed, samples.first().map_or(0, |sample| sample.tick));
-    recording
-}
-
-/// What the side file says of the stream.
-fn notes(motion: &str, streamed: &StreamedMotion, first_tick: u32) -> toml::Table {
-    let mut stream = toml::Table::new();
-    stream.insert("motion".to_owned(), motion.into());
-    stream.insert("tick_hz".to_owned(), streamed.tick_hz.into());
-    stream.insert("ticks_per_sample".to_owned(), i64::from(streamed.decimation).into());
-    // Counts of samples are far below 2⁶³.
-    stream.insert("lost_samples".to_owned(), (lost_samples(streamed) as i64).into());
-    stream.insert("damaged_frames".to_owned(), (streamed.damaged_frames as i64).into());
-    let gaps: Vec<toml::Value> = streamed
-        .gaps
-        .iter()
-        .map(|gap| {
-            let ticks = gap.tick.wrapping_sub(first_tick).cast_signed();
-            let gap_table = [
-                ("lost_samples".to_owned(), i64::from(gap.lost).into()),
-                ("until_s".to_owned(), (f64::from(ticks) / streamed.tick_hz).into()),
-            ];
-            toml::Value::Table(gap_table.into_iter().collect())
-        })
-        .collect();
-    if !gaps.is_empty() {
-        stream.insert("gaps".to_owned(), gaps.into());
-    }
-    if !streamed.faults.is_empty() {
-        stream.insert("faults".to_owned(), streamed.faults.clone().into());
-    }
-    let flagged = streamed.samples.iter().fold(0, |flags, sample| flags | sample.flags.0);
-    stream.insert("flags_seen".to_owned(), i64::from(flagged).into());
-    [("stream".to_owned(), toml::Value::Table(stream))].into_iter().collect()
 }

@@ -3,9 +3,11 @@
 use stillbeam_plant::{TIP_DEFLECTION, TIP_POSITION};
 use stillbeam_recording::Recording;
 
+use crate::board_recording::is_of_the_board;
 use crate::error::CliError;
 
-/// The output column: the one asked for, else the tip's, else the only one that is neither the time nor the input.
+/// The output column: the one asked for, else the tip's, else the only one that is neither the time nor the input nor the
+/// state or a general input of the board.
 ///
 /// # Errors
 /// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there are several to choose from.
@@ -21,7 +23,8 @@ pub fn output_column(
         return Ok(asked.to_owned());
     }
     let names: Vec<&str> = recording.columns.iter().map(|column| column.name.as_str()).collect();
-    let candidates: Vec<&str> = names.into_iter().filter(|name| Some(*name) != input).collect();
+    let candidates: Vec<&str> =
+        names.into_iter().filter(|name| Some(*name) != input && !is_of_the_board(name)).collect();
     for tip in [TIP_DEFLECTION, TIP_POSITION] {
         if candidates.contains(&tip) {
             return Ok(tip.to_owned());

@@ -132,6 +132,60 @@ fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
     }
 }
 
+/// `help NAME` in its two lines: a sentence of its own, and what `set` takes. The range is compared with what is refused on either
+/// side of it, unit and default with `get`.
+#[test]
+fn help_says_of_every_setting_what_it_means_its_unit_its_range_and_its_default_and_set_agrees() {
+    let mut bench = Bench::new();
+    let listed = bench.send("get");
+    let mut sentences = std::collections::BTreeSet::new();
+    for line in &listed[..listed.len() - 1] {
+        let (name, rest) = line.split_once(" = ").expect("NAME = VALUE");
+        let (live, rest) = rest.split_once(" [").expect("VALUE UNIT [default]");
+        let unit = live.split_once(' ').map_or("", |(_, unit)| unit);
+        let default = rest.split_once(']').expect("[default]").0;
+        let help = bench.send(&format!("help {name}"));
+        let [meaning, accepted, end] = help.as_slice() else { panic!("{help:?}") };
+        assert_eq!(end, "ok help");
+        let sentence = meaning.strip_prefix(&format!("{name}: ")).expect("the name first").to_owned();
+        assert!(sentence.len() > 15 && sentence.ends_with('.'), "{meaning}");
+        // Modes are alike; everything else is said in words of its own.
+        assert!(sentences.insert(sentence.clone()) || name.starts_with("mode"), "{name}: {sentence} again");
+
+        let accepted = accepted.strip_suffix(&format!("default {default}"));
+        let accepted = accepted.unwrap_or_else(|| panic!("{help:?} has another default than {default}"));
+        let Some(range) = accepted.strip_prefix("range ") else {
+            let words: Vec<&str> =
+                accepted.split([' ', ',']).filter(|word| !word.is_empty() && *word != "or").collect();
+            assert!(words.len() > 1 && words.contains(&default), "{help:?}");
+            for word in words {
+                let reply = bench.accept(&format!("set {name} {word}"));
+                assert!(reply.starts_with(&format!("ok set {name} = {word};")), "{reply}");
+            }
+            let reply = bench.refuse(&format!("set {name} neither"));
+            assert!(reply.starts_with(&format!("err syntax {name}: ")), "{reply}");
+            bench.accept("revert");
+            continue;
+        };
+        let range = range.strip_suffix(", ").expect("a comma before the default");
+        let numbers =
+            if unit.is_empty() { range } else { range.strip_suffix(&format!(" {unit}")).expect("the unit") };
+        let (low, high) = numbers.split_once("..").expect("LOW..HIGH");
+        let (low, high): (f64, f64) = (low.parse().expect("a number"), high.parse().expect("a number"));
+        assert!((low..=high).contains(&default.parse().expect("a number")), "{help:?}");
+        for (inside, outside) in [(low, low - (high - low) * 1e-3), (high, high + (high - low) * 1e-3)] {
+            let reply = bench.refuse(&format!("set {name} {outside}"));
+            assert_eq!(reply, format!("err range {name}: {outside} is outside {range}"));
+            // The travel must not be empty either; the ranges of its ends are one.
+            let reply = bench.send(&format!("set {name} {inside}")).pop().unwrap_or_default();
+            let empty = name.starts_with("travel.") && reply.contains("would be empty");
+            assert!(empty || reply.starts_with(&format!("ok set {name} = {inside};")), "{reply}");
+            bench.accept("revert");
+        }
+    }
+    assert!(sentences.len() > 20);
+}
+
 #[test]
 fn every_command_is_explained_alone_too() {
     let mut bench = Bench::new();

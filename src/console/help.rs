@@ -83,7 +83,9 @@ fn describe(key: Key, out: &mut dyn Write) -> core::fmt::Result {
     match default {
         Value::Number(_) => {
             let (low, high) = key.range();
-            write!(out, "range {}..{} {}, default {default}\r\n", Decimal(low), Decimal(high), key.unit())
+            let unit = key.unit();
+            let space = if unit.is_empty() { "" } else { " " };
+            write!(out, "range {}..{}{space}{unit}, default {default}\r\n", Decimal(low), Decimal(high))
         }
         Value::Word(_) => {
             for word in key.words().unwrap_or_default() {

@@ -1,6 +1,7 @@
 //! Settings across a reset, through the console.
 
 use stillbeam_firmware::settings::{Key, Settings, Value};
+use stillbeam_firmware::telemetry::Activity;
 use stillbeam_host_tests::bench::Bench;
 use stillbeam_host_tests::flash::{MockFlash, SECTOR};
 
@@ -85,6 +86,48 @@ fn the_flash_is_written_at_rest_only() {
     assert_eq!(bench.refuse("save"), "err busy save: not at rest but sweeping; wait or 'stop'");
     let (operations, saved) = (bench.into_flash().operations(), MockFlash::new().operations());
     assert!(operations > saved, "nothing was written at rest either");
+}
+
+/// While it settles the command rests and the machine does not; a fault holds a setpoint that somebody may rely on.
+#[test]
+fn the_flash_is_not_touched_while_the_shaper_settles_nor_while_a_fault_holds() {
+    let operations = |asked: bool| {
+        let mut bench = Bench::new();
+        for line in SHAPED {
+            bench.accept(line);
+        }
+        bench.run_to_rest();
+        bench.accept("move 20");
+        while bench.activity() != Activity::Settling {
+            bench.tick();
+        }
+        if asked {
+            assert_eq!(bench.refuse("save"), "err busy save: not at rest but settling; wait or 'stop'");
+        }
+        bench.run_to_rest();
+        bench.accept("emergency");
+        // As soon as it is taken, and when `clear` would do.
+        for ticks in [1, 10_000] {
+            for _ in 0..ticks {
+                bench.tick();
+            }
+            if asked {
+                let refusal = bench.refuse("save");
+                assert!(refusal.starts_with("err fault save:") && refusal.contains("clear"), "{refusal}");
+            }
+        }
+        bench.accept("clear");
+        bench.tick();
+        if asked {
+            bench.reset().into_flash().operations()
+        } else {
+            assert_eq!(bench.accept("save"), "ok save written=4 stored=4");
+            bench.reset().into_flash().operations()
+        }
+    };
+    let untouched = Bench::new().reset().into_flash().operations();
+    assert_eq!(operations(true), untouched, "nothing was read, written or erased");
+    assert!(operations(false) > untouched, "the first that may save does");
 }
 
 #[test]

@@ -123,8 +123,51 @@ fn sweep() -> impl Strategy<Value = SweepSpec> {
     )
 }
 
+/// The paper's eq. (33), T = |f_b - f_a|/β with β in Hz/s, and eq. (34), T = 60 |log2(f_b/f_a)|/β with β in octaves/min.
+#[test]
+fn a_rate_gives_the_duration_of_equations_33_and_34() {
+    use SweepKind::{Exponential, Linear};
+    use SweepPace::{HertzPerSecond, OctavesPerMinute};
+    let context = context(4000.0);
+    for (kind, from_hz, to_hz, pace, duration_s) in [
+        // 7.9 Hz at 0.1 Hz/s, up and down.
+        (Linear, 0.1, 8.0, HertzPerSecond(0.1), 79.0),
+        (Linear, 8.0, 0.1, HertzPerSecond(0.1), 79.0),
+        (Linear, 2.0, 10.0, HertzPerSecond(4.0), 2.0),
+        // Three octaves at two a minute, up and down; half an octave at one a minute.
+        (Exponential, 1.0, 8.0, OctavesPerMinute(2.0), 90.0),
+        (Exponential, 8.0, 1.0, OctavesPerMinute(2.0), 90.0),
+        (Exponential, 2.0, 8.0_f64.sqrt(), OctavesPerMinute(1.0), 30.0),
+        (Exponential, 0.1, 6.4, OctavesPerMinute(60.0), 6.0),
+    ] {
+        let spec = SweepSpec { kind, from_hz, to_hz, pace, amplitude: Amplitude::Position(0.2) };
+        let found_s = spec.duration_s().expect("a duration");
+        assert!((found_s - duration_s).abs() < 1e-9 * duration_s, "{spec:?}: {found_s} s");
+        let path_nm = run(&MotionSpec::Sweep(spec), &context).expect("within the limits");
+        assert_eq!(path_nm.len(), (duration_s * 4000.0) as usize, "{spec:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
+
+    /// The rates by what they mean: so many hertz further after a second, so many octaves after a minute.
+    #[test]
+    fn a_second_or_a_minute_of_a_sweep_covers_its_rate(spec in sweep()) {
+        let duration_s = spec.duration_s().expect("a duration");
+        let upwards = (spec.to_hz - spec.from_hz).signum();
+        let at = |time_s: f64| spec.frequency_hz(time_s, duration_s);
+        let (covered, rate) = match spec.pace {
+            SweepPace::Seconds(seconds) => {
+                prop_assert_eq!(duration_s, seconds);
+                return Ok(());
+            }
+            SweepPace::HertzPerSecond(rate) => (at(1.0) - at(0.0), rate),
+            SweepPace::OctavesPerMinute(rate) => ((at(60.0) / at(0.0)).log2(), rate),
+        };
+        prop_assert!((covered - upwards * rate).abs() < 1e-9 * rate, "{} instead of {}", covered, rate);
+        prop_assert!((at(duration_s) / spec.to_hz - 1.0).abs() < 1e-12);
+    }
 
     #[test]
     fn a_sweep_is_the_sine_of_the_integrated_frequency(spec in sweep(), rate_hz in 500.0..20_000.0_f64) {

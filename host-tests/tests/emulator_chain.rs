@@ -139,6 +139,48 @@ fn sweeps_and_stops_are_those_of_the_host_bit_for_bit() {
     }
 }
 
+/// The timer's period at other rates than the default, and everything that is computed from it: profile, table, outputs. At 20 kHz and this
+/// shift the processor has 4200 instructions per tick, too few to send a sample of each; the board has 8400 cycles.
+#[test]
+fn at_other_tick_rates_a_shaped_move_is_the_hosts_bit_for_bit() {
+    let Some(image) = image() else { return };
+    let (_emulator, mut session) = boot(&image, EVERY_TICK_SHIFT);
+    for (rate_hz, decimation) in [(500.0, 1), (10_000.0, 1), (20_000.0, 2)] {
+        let begun = std::time::Instant::now();
+        let mut settings = vec![format!("set tick.rate_hz {rate_hz}")];
+        settings.extend(["set move.profile s_curve".to_owned(), "set mode2.type off".to_owned()]);
+        settings.extend(shaper_settings(&[Mode { frequency_hz: 13.0, ..beam_modes()[0].clone() }], "zvdd"));
+        for line in &settings {
+            session.command_when_ready(line).expect(line);
+        }
+        assert_eq!(session.tick_hz().expect("info"), rate_hz);
+        let motion = session.run_motion("move 5", decimation, 0.0, &mut |_| {}).expect("streamed");
+        let (board, host) = (of_board(&motion), under_std(&settings, "move 5"));
+        let decimation = decimation as usize;
+        assert!(host.len() > 80 && board.len() * decimation >= host.len());
+        // Where between two samples the command began to change.
+        let phases = (0..decimation).filter(|phase| {
+            board.iter().enumerate().all(|(index, pair)| {
+                let tick = (index * decimation).saturating_sub(*phase);
+                *pair == host.get(tick).copied().unwrap_or((5_000_000, 5_000_000))
+            })
+        });
+        assert_eq!(phases.count(), 1, "{rate_hz} Hz: setpoints of the image and of the host");
+        let status = session.command("status").expect("status");
+        println!(
+            "{rate_hz} Hz: {} ticks in {:.1} s, {:?}",
+            host.len(),
+            begun.elapsed().as_secs_f64(),
+            status.line("counters")
+        );
+        for none in ["missed_tick=0", "late_tick=0", "sample_lost=0"] {
+            assert!(status.line("counters").is_some_and(|counters| counters.contains(none)), "{status:?}");
+        }
+        session.command_when_ready("move 0").expect("accepted");
+        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("comes to rest");
+    }
+}
+
 #[test]
 fn refusals_come_over_the_wire_and_change_nothing() {
     let Some(image) = image() else { return };

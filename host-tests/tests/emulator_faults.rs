@@ -2,13 +2,15 @@
 //!
 //! The image has no back door by which it could be made to fail: the debugger's link breaks it from outside.
 
+use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
 use stillbeam_firmware::restart::CrashRecord;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, panic_site};
+use stillbeam_host_tests::emulator::rsp::RspClient;
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, panic_site, thumb};
 
 const STACK_POINTER: u8 = 13;
 const PC: u8 = 15;
@@ -39,12 +41,11 @@ fn talk(emulator: &Emulator) -> Session {
     Session::start_within(Box::new(port), PATIENCE).expect("the console answers")
 }
 
-/// Lets the CPU run for a moment and stops it again; the record that is in memory then.
-fn crash(
-    emulator: &mut Emulator,
+/// Sets registers and memory of a stopped CPU.
+fn lead_astray(
+    client: &mut RspClient<UnixStream>,
     break_it: impl FnOnce(&mut dyn FnMut(u8, u32), &mut dyn FnMut(u32, &[u8])),
-) -> CrashRecord {
-    let mut client = emulator.debug().expect("a link");
+) {
     let mut registers = Vec::new();
     let mut memory = Vec::new();
     break_it(&mut |register, value| registers.push((register, value)), &mut |address, bytes| {
@@ -56,12 +57,112 @@ fn crash(
     for (register, value) in registers {
         client.set_register(register, value).expect("set");
     }
+}
+
+/// Lets the CPU run for a moment and stops it again; the record that is in memory then.
+fn crash(
+    emulator: &mut Emulator,
+    break_it: impl FnOnce(&mut dyn FnMut(u8, u32), &mut dyn FnMut(u32, &[u8])),
+) -> CrashRecord {
+    let mut client = emulator.debug().expect("a link");
+    lead_astray(&mut client, break_it);
     // It stops by itself only for breakpoints, and the handler ends in a loop.
     client.resume(Duration::from_millis(500)).expect_err("it does not come back");
     client.interrupt().expect("stopped");
     let bytes = client.memory(CRASH, 256).expect("the region is read");
     client.detach().expect("detached");
     CrashRecord::decode(&bytes.try_into().expect("256 bytes")).expect("a record")
+}
+
+/// The registers that stop the machine, and the first word of the record: where the order matters.
+const DRIVE_ENABLE: u32 = 0x4002_0418;
+const STEP_TIMER: u32 = 0x4001_0000;
+const ANALOG: u32 = 0x4000_7408;
+/// The interrupt controller's "disable", and the tick there: TIM2 is number 28.
+const DISABLE_INTERRUPT: u32 = 0xe000_e180;
+const TICK: u32 = 1 << 28;
+
+/// What the image writes there after it has failed, in order: the place, and the value of a register. The tick, which writes to the same
+/// outputs, is off: virtual time goes on to the next one whenever the CPU is resumed, so there would be nothing but ticks.
+fn last_writes(
+    emulator: &mut Emulator,
+    break_it: impl FnOnce(&mut dyn FnMut(u8, u32), &mut dyn FnMut(u32, &[u8])),
+) -> Vec<(u32, u32)> {
+    const WATCHED: [u32; 4] = [DRIVE_ENABLE, STEP_TIMER, ANALOG, CRASH];
+    let mut client = emulator.debug().expect("a link");
+    client.write_word(DISABLE_INTERRUPT, TICK).expect("disabled");
+    lead_astray(&mut client, break_it);
+    for address in WATCHED {
+        client.watch(address, 4).expect("watched");
+    }
+    let mut writes = Vec::new();
+    // As long as it takes until the record, and then for long enough to see that there is no more.
+    let mut patience = PATIENCE;
+    while let Ok(stop) = client.resume(patience) {
+        let address = stop.watchpoint.expect("it stops for what is watched");
+        let value = if address == CRASH {
+            patience = Duration::from_millis(500);
+            0
+        } else {
+            let pc = client.register(PC).expect("read");
+            let code = client.memory(pc, 4).expect("read");
+            let half = |at: usize| u16::from_le_bytes([code[at], code[at + 1]]);
+            let access = thumb::decode(half(0), half(2)).expect("a word is stored");
+            assert_eq!(access.direction, thumb::Direction::Store);
+            client.register(access.transfer).expect("read")
+        };
+        writes.push((address, value));
+        // The CPU stands before the access.
+        client.unwatch(address, 4).expect("not watched");
+        client.step(PATIENCE).expect("stepped");
+        client.watch(address, 4).expect("watched again");
+    }
+    client.interrupt().expect("stopped");
+    for address in WATCHED {
+        client.unwatch(address, 4).expect("not watched");
+    }
+    let bytes = client.memory(CRASH, 256).expect("the region is read");
+    assert!(CrashRecord::decode(&bytes.try_into().expect("256 bytes")).is_some(), "a whole record");
+    client.detach().expect("detached");
+    // The record's first word may be written in parts.
+    writes.dedup();
+    writes
+}
+
+/// The drive is disabled first, by one store; then the steps, then the analog output if it is a speed. All of it twice, because a tick may come
+/// between, and then the record; after that nothing. So nothing that goes wrong with the record leaves the machine running.
+#[test]
+fn a_panic_and_a_hard_fault_make_the_outputs_safe_before_they_write_the_record() {
+    let Some(image) = image() else { return };
+    let site = panic_site::find(&image).expect("an image has places that panic");
+    const DISABLED: (u32, u32) = (DRIVE_ENABLE, 1 << 16);
+    const NO_STEPS: (u32, u32) = (STEP_TIMER, 1 << 3);
+    const STANDSTILL: (u32, u32) = (ANALOG, 2048);
+    for (quantity, safe) in
+        [("position", &[DISABLED, NO_STEPS][..]), ("velocity", &[DISABLED, NO_STEPS, STANDSTILL])]
+    {
+        let mut emulator = boot(&image);
+        for kind in ["panic", "hard_fault"] {
+            let mut session = talk(&emulator);
+            session.command_when_ready(&format!("set analog.quantity {quantity}")).expect("accepted");
+            for line in ["set move.velocity_mm_s 5", "apply", "move 100"] {
+                session.command_when_ready(line).expect(line);
+            }
+            drop(session);
+            let writes = last_writes(&mut emulator, |register, memory| {
+                let nowhere = CRASH - 64;
+                memory(nowhere, &[0x00, 0xde, 0x00, 0xde]);
+                register(PC, if kind == "panic" { site.address } else { nowhere });
+            });
+            println!("{kind}, {quantity}: {writes:x?}");
+            assert_eq!(writes, [safe, safe, &[(CRASH, 0)]].concat(), "{kind}, {quantity}");
+            emulator.reset(WATCHDOG_RESET, BOOT_LIMIT).expect("it starts again");
+            let mut session = talk(&emulator);
+            assert!(info(&mut session, "crash").starts_with(kind));
+            session.command("crash clear").expect("forgotten");
+            session.command_when_ready("clear").expect("cleared");
+        }
+    }
 }
 
 /// What `info` says after `key`.

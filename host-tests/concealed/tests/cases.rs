@@ -78,6 +78,16 @@ fn a_machine_that_friction_holds_fast_is_drawn_again() {
     }
 }
 
+/// The third recording of this one goes nearly twice as far as the second, whose greatest command a limit used to be measured by: at the
+/// smallest strength there is it cut a third of the third one off, and left 174 times the noise.
+#[test]
+fn a_limit_of_the_drive_is_as_visible_as_was_asked_for() {
+    let case = make(3, 77).unwrap();
+    assert_eq!(case.truth.physics[0].id, "saturation");
+    let left = case.truth.measured.left_over_noise;
+    assert!((3.0..30.0).contains(&left), "{left}");
+}
+
 #[test]
 fn a_case_repeats_with_its_seed() {
     assert_eq!(make(5, 4).unwrap(), make(5, 4).unwrap());

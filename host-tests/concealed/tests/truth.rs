@@ -312,3 +312,20 @@ fn a_position_loop_follows_its_reference_as_a_spring_and_a_damper_would() {
         assert!((outcome.acted[k] - force).abs() < 0.15, "{} {force}", outcome.acted[k]);
     }
 }
+
+#[test]
+fn a_random_force_repeats_with_its_run_and_not_from_run_to_run() {
+    let law = Physics::new("outside:random_telegraph", "slider", &[("force", 2.0), ("seed", 5.0)]);
+    let rig = Rig::new(&Kind::Slide(slider(1000.0, 20.0)), &[law]).unwrap();
+    let moved = |amplitude: f64| {
+        let excitation = Excitation { shape: Shape::Release, amplitude, duration_s: 20.0 };
+        let free = linear_readings(&Kind::Slide(slider(1000.0, 20.0)), &excitation, 100.0, 2001).unwrap();
+        let outcome = rig.run(&excitation, 100.0, 1).unwrap();
+        outcome.outputs[0].iter().zip(&free[0]).map(|(with, without)| with - without).collect::<Vec<f64>>()
+    };
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (one, again, other) = (moved(20e-3), moved(20e-3), moved(21e-3));
+    assert_eq!(one, again);
+    let alike = product(&one, &other) / (product(&one, &one) * product(&other, &other)).sqrt();
+    assert!(product(&one, &one) > 0.0 && alike.abs() < 0.7, "as alike as {alike}");
+}

@@ -49,7 +49,9 @@ impl Bench {
         let loudest = self.plain.get(1)?;
         let point = plant.point(location).unwrap_or(0);
         let (z, v) = *loudest.reach.get(point)?;
-        let command = loudest.command.iter().fold(0.0_f64, |most, u| most.max(u.abs()));
+        // Of all training recordings: a limit just below what the second one reaches would cut a third of another's signal off.
+        let commanded = self.plain.iter().flat_map(|run| &run.command);
+        let command = commanded.fold(0.0_f64, |most, u| most.max(u.abs()));
         let reading = loudest.outputs.first()?.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
         let [first_hz, second_hz] = frequencies_hz(&self.kind)?;
         let (force, clamp, beam_kg) = match &self.kind {

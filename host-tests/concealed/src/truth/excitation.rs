@@ -61,6 +61,11 @@ pub struct Excitation {
 }
 
 impl Excitation {
+    /// A number that tells one run from another.
+    pub fn mark(&self) -> u64 {
+        self.amplitude.to_bits().rotate_left(17) ^ self.duration_s.to_bits()
+    }
+
     /// Value and derivatives at a time; at rest before zero.
     pub fn at(&self, time_s: f64) -> Jet {
         if time_s <= 0.0 || self.shape == Shape::Release {

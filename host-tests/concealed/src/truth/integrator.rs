@@ -24,6 +24,16 @@ pub enum Force {
     Hysteresis([f64; 3]),
 }
 
+impl Force {
+    /// The same force in one run among others.
+    pub fn of_run(self, mark: u64) -> Self {
+        match self {
+            Self::Smooth(law) => Self::Smooth(law.of_run(mark)),
+            other => other,
+        }
+    }
+}
+
 /// What a dry contact does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Contact {

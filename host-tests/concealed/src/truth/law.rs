@@ -106,6 +106,14 @@ impl Smooth {
         matches!(self, Self::OneSided(..) | Self::Stops(..) | Self::Gap(..))
     }
 
+    /// The same law in one run among others: what is random does not repeat itself from recording to recording.
+    pub fn of_run(self, mark: u64) -> Self {
+        match self {
+            Self::Telegraph(size, seed) => Self::Telegraph(size, seed ^ mark),
+            other => other,
+        }
+    }
+
     /// The force in the direction of the point's displacement.
     pub fn force(&self, time_s: f64, z: f64, v: f64, u: f64) -> f64 {
         match *self {

@@ -145,7 +145,9 @@ impl Rig {
             |time_s: f64| if self.position_loop.is_some() { Jet::default() } else { excitation.at(time_s) };
         let signal = Signal::new(&command, &self.drives, excitation.duration_s);
         let input = |time_s: f64| -> Jet { signal.at(time_s) };
-        let machine = Machine::new(&self.plant, self.forces.clone(), self.drift_per_s)?;
+        let forces =
+            self.forces.iter().map(|(point, force)| (*point, force.of_run(excitation.mark()))).collect();
+        let machine = Machine::new(&self.plant, forces, self.drift_per_s)?;
         let mut aside = Vector::zeros();
         aside[0] = excitation.pulled_aside();
         let mut controller = |time_s: f64, x: &Vector, v: &Vector| {

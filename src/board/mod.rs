@@ -13,7 +13,7 @@
 //! | watchdog | IWDG |
 //! | serial buffers | USART1 interrupt, priority 6 |
 //! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
-//! | "samples wait" | doorbell interrupt (line of CAN2_SCE), priority 15 |
+//! | "samples wait", watchdog | doorbell interrupt (line of CAN2_SCE), priority 13 |
 //! | settings | the last two flash sectors, 10 and 11 |
 //! | external clock | 8 MHz crystal, PLL to 168 MHz |
 

@@ -2,7 +2,8 @@
 //!
 //! The tick itself never takes a lock. Waking an async task does, so the tick only marks a second, low-priority
 //! interrupt as pending, and that one wakes the task. It also asks, twenty times a second, whether tick and console both
-//! moved, and feeds the watchdog if so.
+//! moved, and feeds the watchdog if so. It comes before the executor, whose interrupt is pending without a pause while a
+//! task has work and yields.
 //!
 //! TIM9 counts TIM2's updates in hardware. Where it is ahead of the interrupt, ticks were missed. TIM9 has no model in
 //! the emulator and stands still there, which counts as "not known".
@@ -50,6 +51,8 @@ static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::n
 static SAMPLES_WAITING: AtomicWaker = AtomicWaker::new();
 /// A heartbeat is due: the console is to make a round.
 static HEARTBEAT: AtomicBool = AtomicBool::new(false);
+/// A heartbeat is due: the doorbell is to look whether the watchdog may be fed.
+static LOOK_DUE: AtomicBool = AtomicBool::new(false);
 /// What the tick publishes; null before [`start`].
 static STATUS: AtomicPtr<Status> = AtomicPtr::new(core::ptr::null_mut());
 /// Rounds of the console's task so far.
@@ -67,7 +70,7 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
     // SAFETY: see `TickCell`: the interrupt is still masked.
     unsafe { *STATE.0.get() = Some(state) };
-    DOORBELL.set_priority(Priority::P15);
+    DOORBELL.set_priority(Priority::P13);
     interrupt::Interrupt::TIM2.set_priority(Priority::P0);
     // SAFETY: both handlers are defined below and what they use has been set up above.
     unsafe {
@@ -150,6 +153,7 @@ impl TickState {
         if heartbeat {
             self.ticks_to_heartbeat = HEARTBEAT_TICKS.load(Ordering::Relaxed);
             HEARTBEAT.store(true, Ordering::Relaxed);
+            LOOK_DUE.store(true, Ordering::Relaxed);
         }
         if heartbeat || output.sample_queued {
             cortex_m::peripheral::NVIC::pend(DOORBELL);
@@ -169,7 +173,9 @@ fn TIM2() {
 
 #[interrupt]
 fn CAN2_SCE() {
-    if HEARTBEAT.load(Ordering::Relaxed) {
+    if LOOK_DUE.load(Ordering::Relaxed) {
+        // The next heartbeat is many ticks away, so none gets lost here.
+        LOOK_DUE.store(false, Ordering::Relaxed);
         // SAFETY: see `SupervisorCell`.
         let supervisor = unsafe { &mut *SUPERVISOR.0.get() };
         let console_rounds = CONSOLE_ROUNDS.load(Ordering::Relaxed);

@@ -9,6 +9,7 @@ mod commands;
 pub mod error;
 mod help;
 pub mod line;
+mod long_work;
 pub mod upload;
 
 use core::fmt::Write;
@@ -18,7 +19,7 @@ use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
 use crate::fault::{Event, EventLog, Fault};
-use crate::motion::{MotionMemory, MultisineDrawing, PieceMemory, PlanOutline};
+use crate::motion::{MotionMemory, PieceMemory, PlanOutline};
 use crate::restart::Restart;
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::{ShaperTable, UploadedTable};
@@ -29,6 +30,7 @@ use announcement::Announced;
 use checksum::{Checked, ReplyWithChecksum};
 pub use error::{Busy, CommandError, Refused};
 use line::{LineEditor, LineFault, MAX_LINE};
+use long_work::{LongWork, Step};
 use upload::Upload;
 
 /// The longest reply in bytes; what takes the output must have room for it. Every reply is below it by test.
@@ -87,8 +89,8 @@ pub struct Console<'m> {
     stored: Stored,
     store_fault: Option<StoreError>,
     effect: Option<Effect>,
-    /// A multisine that is being drawn; its reply is still to come.
-    drawing: Option<MultisineDrawing<'m>>,
+    /// What a command began and [`Self::work`] goes on with; its reply is still to come.
+    long_work: Option<LongWork<'m>>,
     shaper_on: bool,
     table: ShaperTable,
     /// How much further back it looks until the next motion, for it was taken during one.
@@ -135,7 +137,7 @@ impl<'m> Console<'m> {
             stored: Stored::default(),
             store_fault: None,
             effect: None,
-            drawing: None,
+            long_work: None,
             shaper_on: true,
             table,
             lag_ticks: 0,
@@ -270,7 +272,7 @@ impl<'m> Console<'m> {
         while self.work(out) {}
         let Some(line) = self.editor.feed(byte, out) else { return };
         self.take_line(line, out);
-        if self.effect.is_none() && self.drawing.is_none() {
+        if self.effect.is_none() && self.long_work.is_none() {
             self.prompt(out);
         }
     }
@@ -316,15 +318,18 @@ impl<'m> Console<'m> {
     /// Goes on with what takes long, for a few milliseconds on the board, and ends the reply with it. Whoever feeds bytes
     /// calls this after each for as long as it says that there is more, and does in between whatever must not wait.
     pub fn work(&mut self, out: &mut dyn Write) -> bool {
-        let Some(drawing) = &mut self.drawing else { return false };
-        if drawing.draw_line() {
-            return true;
-        }
-        self.reply(out, |console, out| {
-            if let Err(error) = console.finish_drawing(out) {
-                let _best_effort = write!(out, "{error}\r\n");
+        let Some(work) = self.long_work.take() else { return false };
+        match work.go_on(self.arriving, self.plan_memory.as_deref()) {
+            Step::More(work) => {
+                self.long_work = Some(work);
+                return true;
             }
-        });
+            Step::Done(work) => self.reply(out, |console, out| {
+                if let Err(error) = console.finish(work, out) {
+                    let _best_effort = write!(out, "{error}\r\n");
+                }
+            }),
+        }
         self.prompt(out);
         false
     }

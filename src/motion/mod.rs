@@ -34,7 +34,7 @@ pub use limits::MoveLimits;
 pub use r#move::MovePlan;
 pub use multisine::{MultisineDrawing, MultisinePlan};
 pub use multisine_spec::{MultisineSpec, Phases};
-pub use outline::{PlanError, PlanOutline};
+pub use outline::{PlanError, PlanOutline, PlanSurvey, StopSurvey};
 pub use pieces::{Piece, PieceCourse, PieceMemory};
 pub use plan::{MotionMemory, MotionPlan};
 pub use played::PlayedPlan;

@@ -80,8 +80,95 @@ impl PlanOutline {
     /// # Errors
     /// [`PlanError`] when it cannot be played whatever the limits are.
     pub fn of(tick_rate: TickRate, bytes: &[u8]) -> Result<Self, PlanError> {
+        let mut survey = PlanSurvey::new(tick_rate, bytes)?;
+        loop {
+            if let Some(outline) = survey.go_on(bytes, u32::MAX)? {
+                return Ok(outline);
+            }
+        }
+    }
+
+    /// Refuses to play the command, or its mirror image, from where `context` says where the setpoint or a stop out of it could break a limit.
+    ///
+    /// # Errors
+    /// [`MotionError`] with the limit and what would be needed.
+    pub fn check(&self, bytes: &[u8], backwards: bool, context: &MotionContext) -> Result<(), MotionError> {
+        let Some(mut survey) = self.begin_check(backwards, context)? else { return Ok(()) };
+        while survey.go_on(bytes, u32::MAX) {}
+        self.check_stops(&survey, backwards, context)
+    }
+
+    /// The same as far as it takes no time: `None` where it may be played, else the stops that have to be looked at before
+    /// [`Self::check_stops`] can say.
+    ///
+    /// # Errors
+    /// [`MotionError`] with the limit and what would be needed.
+    pub fn begin_check(
+        &self,
+        backwards: bool,
+        context: &MotionContext,
+    ) -> Result<Option<StopSurvey>, MotionError> {
+        let MotionContext { limits, profile, rate, .. } = context;
+        let [velocity, acceleration, jerk] = self.largest_mm();
+        limits.check_velocity(velocity)?;
+        limits.check_acceleration(acceleration)?;
+        limits.check_jerk(jerk)?;
+        let (low, high) = (f64::from(self.span.0.0), f64::from(self.span.1.0));
+        check_span(low, high, backwards, context)?;
+        // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to be looked at.
+        let most = 1e6 * limits.stopping_distance_mm(velocity, acceleration, *profile);
+        if check_span(low - most, high + most, backwards, context).is_ok() {
+            return Ok(None);
+        }
+        Ok(Some(StopSurvey::new(limits, *profile, *rate)))
+    }
+
+    /// Refuses where a stop that has been looked at would leave the travel.
+    ///
+    /// # Errors
+    /// [`MotionError`] with the limit and what would be needed.
+    pub fn check_stops(
+        &self,
+        survey: &StopSurvey,
+        backwards: bool,
+        context: &MotionContext,
+    ) -> Result<(), MotionError> {
+        let (low, high) = (i64::from(self.span.0.0), i64::from(self.span.1.0));
+        check_span(low.min(survey.low) as f64, high.max(survey.high) as f64, backwards, context)
+    }
+
+    /// The largest velocity in mm/s, acceleration in mm/s² and jerk in mm/s³.
+    pub fn largest_mm(&self) -> [f64; 3] {
+        let [jerk, acceleration, velocity] = self.largest.map(|units| 1e-6 * per_tick(units));
+        let hz = self.tick_rate.hz();
+        [velocity * hz, acceleration * hz * hz, jerk * hz * hz * hz]
+    }
+}
+
+/// Whether there is room for this way from where a motion starts, in nm.
+fn check_span(low: f64, high: f64, backwards: bool, context: &MotionContext) -> Result<(), MotionError> {
+    let from = |nanometres: f64| context.start.to_mm() + if backwards { -1e-6 } else { 1e-6 } * nanometres;
+    context.limits.check_span(from(low).min(from(high)), from(low).max(from(high)))
+}
+
+/// A command that is gone through, as many ticks at a time as there is time for.
+#[derive(Clone, Debug)]
+pub struct PlanSurvey {
+    outline: PlanOutline,
+    course: PieceCourse,
+    played: u32,
+    /// What the position so far has beyond whole nanometres, in fine units.
+    left: i64,
+}
+
+impl PlanSurvey {
+    /// Before the first tick.
+    ///
+    /// # Errors
+    /// [`PlanError`] when the bytes are no command or one of too many ticks.
+    pub fn new(tick_rate: TickRate, bytes: &[u8]) -> Result<Self, PlanError> {
         let ticks = check_pieces(bytes)?;
-        let mut outline = Self {
+        let outline = PlanOutline {
             tick_rate,
             crc32: crc32(bytes),
             pieces: bytes.len() / PIECE_BYTES,
@@ -90,59 +177,38 @@ impl PlanOutline {
             span: (Nanometres(0), Nanometres(0)),
             largest: [0; 3],
         };
-        let mut course = PieceCourse::default();
-        let (mut played, mut left) = (0_u32, i64::MAX);
-        while let Some(position) = course.step(bytes) {
-            played += 1;
+        Ok(Self { outline, course: PieceCourse::default(), played: 0, left: i64::MAX })
+    }
+
+    /// Goes through the next `ticks`; the outline after the last. The bytes are those that it began with.
+    ///
+    /// # Errors
+    /// [`PlanError`] when the command cannot be played whatever the limits are.
+    pub fn go_on(&mut self, bytes: &[u8], ticks: u32) -> Result<Option<PlanOutline>, PlanError> {
+        let Self { outline, course, played, left } = self;
+        for _ in 0..ticks {
+            let Some(position) = course.step(bytes) else {
+                let [_, acceleration, velocity] = course.derivatives();
+                if *left > LEFT.0 || acceleration.abs() > LEFT.1 || velocity.abs() > LEFT.1 {
+                    return Err(PlanError::NotAtRest);
+                }
+                return Ok(Some(*outline));
+            };
+            *played += 1;
             let derivatives = course.derivatives();
             let too_far = position.0.unsigned_abs() > (i64::from(i32::MAX) << 24).unsigned_abs();
             if too_far || derivatives.iter().any(|value| value.abs() > LARGEST) {
-                return Err(PlanError::TooFast { piece: piece_at(bytes, played) });
+                return Err(PlanError::TooFast { piece: piece_at(bytes, *played) });
             }
             for (largest, value) in outline.largest.iter_mut().zip(derivatives) {
                 *largest = (*largest).max(value.abs());
             }
             outline.distance = position.rounded();
-            left = (position.0 - super::FinePosition::from(outline.distance).0).abs();
+            *left = (position.0 - super::FinePosition::from(outline.distance).0).abs();
             let (low, high) = outline.span;
             outline.span = (low.min(outline.distance), high.max(outline.distance));
         }
-        let [_, acceleration, velocity] = course.derivatives();
-        if left > LEFT.0 || acceleration.abs() > LEFT.1 || velocity.abs() > LEFT.1 {
-            return Err(PlanError::NotAtRest);
-        }
-        Ok(outline)
-    }
-
-    /// Refuses to play the command, or its mirror image, from where `context` says where the setpoint or a stop out of it could break a limit.
-    ///
-    /// # Errors
-    /// [`MotionError`] with the limit and what would be needed.
-    pub fn check(&self, bytes: &[u8], backwards: bool, context: &MotionContext) -> Result<(), MotionError> {
-        let MotionContext { limits, start, profile, rate, .. } = context;
-        let [velocity, acceleration, jerk] = self.largest_mm();
-        limits.check_velocity(velocity)?;
-        limits.check_acceleration(acceleration)?;
-        limits.check_jerk(jerk)?;
-        let from = |nanometres: f64| start.to_mm() + if backwards { -1e-6 } else { 1e-6 } * nanometres;
-        let check =
-            |low: f64, high: f64| limits.check_span(from(low).min(from(high)), from(low).max(from(high)));
-        let (low, high) = (f64::from(self.span.0.0), f64::from(self.span.1.0));
-        check(low, high)?;
-        // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to be looked at.
-        let most = 1e6 * limits.stopping_distance_mm(velocity, acceleration, *profile);
-        if check(low - most, high + most).is_ok() {
-            return Ok(());
-        }
-        let (stops_low, stops_high) = StopReach::new(limits, *profile, *rate).of(bytes);
-        check(low.min(stops_low), high.max(stops_high))
-    }
-
-    /// The largest velocity in mm/s, acceleration in mm/s² and jerk in mm/s³.
-    pub fn largest_mm(&self) -> [f64; 3] {
-        let [jerk, acceleration, velocity] = self.largest.map(|units| 1e-6 * per_tick(units));
-        let hz = self.tick_rate.hz();
-        [velocity * hz, acceleration * hz * hz, jerk * hz * hz * hz]
+        Ok(None)
     }
 }
 
@@ -182,44 +248,59 @@ fn piece_at(bytes: &[u8], tick: u32) -> usize {
     number
 }
 
+/// A way in whole nanometres, rounded up. In integers, for the core has no double precision and this is asked in every tick of a command;
+/// beyond the range of positions it is as good as endless.
+fn reach_nm(way: f32) -> i64 {
+    const ENDLESS: i64 = 1 << 40;
+    let whole = way as i32;
+    if whole == i32::MAX { ENDLESS } else { i64::from(whole) + 1 }
+}
+
 fn per_tick(units: i64) -> f64 {
     libm::scalbn(units as f64, -(FRACTION_BITS as i32))
 }
 
-/// How far a stop goes. In single precision, for it is asked in every tick of a command.
-struct StopReach {
+/// How far the stops out of a command go, as many ticks at a time as there is time for. In single precision, for it is asked in every
+/// tick.
+#[derive(Clone, Debug)]
+pub struct StopSurvey {
     /// nm per tick².
     deceleration: f32,
     /// nm per tick³; none where jerk is not limited.
     jerk: Option<f32>,
+    course: PieceCourse,
+    /// The lowest position of a stop so far, in nm from the command's beginning.
+    low: i64,
+    /// The highest.
+    high: i64,
 }
 
-impl StopReach {
+impl StopSurvey {
     /// Stops brake in whole ticks and are not quite the shortest, which takes them further by this part of their way,
-    const MORE: f64 = 0.005;
+    const MORE: f32 = 0.005;
     /// and by as much as the full deceleration makes in one tick, so many times.
     const TICKS: f32 = 16.0;
 
     fn new(limits: &MoveLimits, profile: Profile, rate: TickRate) -> Self {
         let per_tick = limits.per_tick(rate);
         let jerk = profile.limits_jerk().then_some(per_tick.jerk as f32);
-        Self { deceleration: per_tick.acceleration as f32, jerk }
+        let deceleration = per_tick.acceleration as f32;
+        Self { deceleration, jerk, course: PieceCourse::default(), low: 0, high: 0 }
     }
 
-    /// The lowest and the highest position of all stops out of a command, in nm from its beginning.
-    fn of(&self, bytes: &[u8]) -> (f64, f64) {
+    /// Looks at the stops out of the next `ticks`; whether there are more.
+    pub fn go_on(&mut self, bytes: &[u8], ticks: u32) -> bool {
         let scale = 1.0 / (1_u64 << FRACTION_BITS) as f32;
-        let mut course = PieceCourse::default();
-        let (mut low, mut high) = (0.0_f64, 0.0_f64);
-        while let Some(position) = course.step(bytes) {
-            let [_, acceleration, velocity] = course.derivatives().map(|units| units as f32 * scale);
-            let here = f64::from(position.rounded().0);
+        for _ in 0..ticks {
+            let Some(position) = self.course.step(bytes) else { return false };
+            let [_, acceleration, velocity] = self.course.derivatives().map(|units| units as f32 * scale);
+            let here = i64::from(position.rounded().0);
             let (below, above) = self.past(velocity, acceleration);
-            let (below, above) = (f64::from(below), f64::from(above));
-            let more = Self::MORE * (below + above) + f64::from(Self::TICKS * self.deceleration);
-            (low, high) = (low.min(here - below - more), high.max(here + above + more));
+            let more = Self::MORE * (below + above) + Self::TICKS * self.deceleration;
+            self.low = self.low.min(here - reach_nm(below + more));
+            self.high = self.high.max(here + reach_nm(above + more));
         }
-        (low, high)
+        true
     }
 
     /// How far below and above where it begins a stop gets out of a tick with this velocity and acceleration, which are differences: the velocity

@@ -5,6 +5,7 @@ use core::fmt::Write;
 use super::say;
 use crate::console::Console;
 use crate::console::error::{Busy, CommandError};
+use crate::console::long_work::LongWork;
 use crate::control::Request;
 use crate::decimal::Decimal;
 use crate::motion::multisine::MultisineRefused;
@@ -71,7 +72,7 @@ impl<'m> Console<'m> {
             return Err(CommandError::Busy { command: "multisine", reason: Busy::Handover });
         };
         match MultisineDrawing::new(spec, context, memory) {
-            Ok(drawing) => self.drawing = Some(drawing),
+            Ok(drawing) => self.long_work = Some(LongWork::Drawing(drawing)),
             Err(refused) => return Err(self.refused(refused)),
         }
         Ok(())
@@ -80,9 +81,9 @@ impl<'m> Console<'m> {
     /// Starts the multisine that has been drawn, if nothing has happened in the meantime.
     pub(in crate::console) fn finish_drawing(
         &mut self,
+        drawing: MultisineDrawing<'m>,
         out: &mut dyn Write,
     ) -> Result<(), CommandError<'static>> {
-        let Some(drawing) = self.drawing.take() else { return Ok(()) };
         if let Err(error) = self.require_rest("multisine") {
             self.spare_history = Some(drawing.into_memory());
             return Err(error);

@@ -33,7 +33,7 @@ impl Console<'_> {
                 Ok(())
             }
             (UploadKind::Table, Some("commit")) => self.commit_table(out),
-            (UploadKind::Plan, Some("commit")) => self.commit_plan(out),
+            (UploadKind::Plan, Some("commit")) => self.commit_plan(),
             (UploadKind::Table, _) => {
                 self.show_table(out);
                 Ok(())

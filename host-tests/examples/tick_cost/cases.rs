@@ -48,6 +48,8 @@ pub enum Motion {
     Pulse,
     /// An uploaded plan.
     Play,
+    /// A trapezoidal move during which one table goes over into another of the same kind.
+    Handover,
 }
 
 impl Motion {
@@ -56,6 +58,8 @@ impl Motion {
     /// What the shortest and the longest table are measured with too.
     const OTHERS: [Self; 6] =
         [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse, Self::Play];
+    /// How long a handover takes at least: speed over acceleration of the move. Counting must be over by then.
+    const HANDOVER_S: f64 = 10.0;
 
     /// What it is called in the results.
     pub fn name(self) -> &'static str {
@@ -69,6 +73,7 @@ impl Motion {
             Self::Multisine => "multisine",
             Self::Pulse => "pulsing",
             Self::Play => "playing",
+            Self::Handover => "moving, tables changing",
         }
     }
 
@@ -87,16 +92,25 @@ impl Motion {
         }
     }
 
-    /// The command that starts it, within 1 mm/s; a move goes to the target.
-    pub fn command(self, target_mm: f64) -> Option<String> {
+    /// The acceleration that moves have to have, in mm/s² with 1 mm/s.
+    pub fn acceleration_mm_s2(self) -> f64 {
+        if self == Self::Handover { 1.0 / Self::HANDOVER_S } else { 5000.0 }
+    }
+
+    /// The commands that start it, within 1 mm/s; a move goes to the target.
+    pub fn commands(self, target_mm: f64) -> Vec<String> {
+        let move_there = format!("move {target_mm}");
         match self {
-            Self::Rest => None,
-            Self::Move | Self::SCurve | Self::MinimumJerk => Some(format!("move {target_mm}")),
-            Self::Sweep => Some("sweep linear 1 2 200 0.05".to_owned()),
-            Self::AccelerationSweep => Some("sweep linear 1 2 200 2mm/s2".to_owned()),
-            Self::Multisine => Some("multisine 1 8 2 50 0.005".to_owned()),
-            Self::Pulse => Some("pulse 10".to_owned()),
-            Self::Play => Some("play".to_owned()),
+            Self::Rest => vec![],
+            Self::Move | Self::SCurve | Self::MinimumJerk => vec![move_there],
+            Self::Sweep => vec!["sweep linear 1 2 200 0.05".to_owned()],
+            Self::AccelerationSweep => vec!["sweep linear 1 2 200 2mm/s2".to_owned()],
+            Self::Multisine => vec!["multisine 1 8 2 50 0.005".to_owned()],
+            Self::Pulse => vec!["pulse 10".to_owned()],
+            Self::Play => vec!["play".to_owned()],
+            Self::Handover => {
+                vec![move_there, format!("set mode1.frequency_hz {}", 1.02 * MODES[0].0), "apply".to_owned()]
+            }
         }
     }
 }
@@ -116,6 +130,9 @@ impl Case {
         }
         for (modes, shaper) in [(0, "off"), (2, "zvdd")] {
             cases.extend(Motion::OTHERS.map(|motion| Self { modes, shaper, streams: false, motion }));
+        }
+        for (modes, shaper) in [(1, "zv"), (2, "zvd"), (2, "zvdd")] {
+            cases.push(Self { modes, shaper, streams: false, motion: Motion::Handover });
         }
         cases
     }
@@ -141,6 +158,7 @@ impl Case {
             lines.push(format!("set mode{number}.type {shaper}"));
         }
         lines.push(format!("set move.profile {}", self.motion.profile()));
+        lines.push(format!("set move.acceleration_mm_s2 {}", self.motion.acceleration_mm_s2()));
         lines.push("apply".to_owned());
         if self.motion == Motion::Play {
             // 8 mm in 32 s, at most 0.5 mm/s.

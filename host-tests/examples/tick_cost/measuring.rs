@@ -10,7 +10,7 @@ use stillbeam_host_tests::emulator::interrupt_cost::Handler;
 use stillbeam_host_tests::emulator::masked_sections::{MaskedSections, MaskingSites};
 use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, function_address};
 
-use crate::cases::Case;
+use crate::cases::{Case, Motion};
 
 /// Ticks per case.
 const TICKS: usize = 12;
@@ -54,10 +54,10 @@ impl Bench {
         let samples =
             samples.as_deref().and_then(|text| text.split(' ').next()).ok_or("no history_samples")?;
         let samples: u32 = samples.parse()?;
-        if let Some(command) = case.motion.command(self.target_mm) {
+        for command in case.motion.commands(self.target_mm) {
             self.session.command_when_ready(&command)?;
-            self.target_mm = -self.target_mm;
         }
+        self.target_mm = -self.target_mm;
         if case.streams {
             self.session.command("stream on 1")?;
         }
@@ -69,6 +69,9 @@ impl Bench {
         if state.as_deref() != Some(case.motion.state()) {
             return Err(format!("{case:?}: the board is {state:?}").into());
         }
+        if case.motion == Motion::Handover {
+            self.require_handover()?;
+        }
         self.session.command("stop")?;
         self.session.wait_for_rest(PATIENCE)?;
         let (least, median, most) = cost.summary().ok_or("no tick was counted")?;
@@ -78,6 +81,15 @@ impl Bench {
              history_samples = {samples}\nleast = {least}\nmedian = {median}\nmost = {most}\n",
             motion.name()
         ))
+    }
+
+    /// A third table is refused while two are at work.
+    fn require_handover(&mut self) -> Result<(), Box<dyn Error>> {
+        match self.session.command("apply") {
+            Err(BoardError::Refused { .. }) => Ok(()),
+            Ok(_) => Err("the handover was over before its ticks were counted".into()),
+            Err(error) => Err(error.into()),
+        }
     }
 
     /// Counts the instructions of the sections with interrupts masked while the console is busy, as a TOML table.

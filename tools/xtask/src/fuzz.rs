@@ -114,7 +114,12 @@ fn command(program: &PathBuf, target: &str, runs: usize, longest: usize) -> Resu
     let mut command = Command::new(program);
     command
         .env("STILLBEAM_FUZZ_TARGET", target)
-        .args([&format!("-runs={runs}"), &format!("-max_len={longest}"), "-timeout=20", "-rss_limit_mb=3000"])
+        .args([
+            &format!("-runs={runs}"),
+            &format!("-max_len={longest}"),
+            "-timeout=120",
+            "-rss_limit_mb=3000",
+        ])
         .args(["-verbosity=0", "-print_final_stats=1", "-seed=1"])
         .arg(format!("-artifact_prefix={}/crash-", found.with_extension("").display()))
         .args([&found, &kept]);

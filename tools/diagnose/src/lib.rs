@@ -17,6 +17,7 @@
 
 mod adequacy;
 mod caps;
+mod common_motion;
 mod comparison;
 mod controls;
 mod diagnosis;

@@ -5,8 +5,9 @@ use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Series, adequacy};
+use crate::common_motion::own_rms;
 use crate::error::DiagnoseError;
-use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
+use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
@@ -251,7 +252,22 @@ impl Study {
 
     /// Noise floors of the model's outputs, from what a model leaves over; `None` for outputs never recorded.
     pub(crate) fn floors(&self, on_all: &OnAll) -> Vec<Option<NoiseFloor>> {
-        (0..self.weights.len()).map(|output| noise_floor(&self.parts(on_all, output))).collect()
+        let parts: Vec<Vec<OutputResidual<'_>>> =
+            (0..self.weights.len()).map(|output| self.parts(on_all, output)).collect();
+        (0..parts.len())
+            .map(|output| {
+                let floor = noise_floor(&parts[output])?;
+                if floor.source != NoiseSource::QuietQuarter {
+                    return Some(floor);
+                }
+                // An upper bound where something is there all the time; other sensors may give a lower one.
+                let others = (0..parts.len()).filter(|other| *other != output);
+                let rms = others
+                    .filter_map(|other| own_rms(&parts[output], &parts[other]))
+                    .fold(floor.rms, f64::min);
+                Some(NoiseFloor { rms, ..floor })
+            })
+            .collect()
     }
 
     /// Whether any noise floor has fallen so far that the weights were wrong.

@@ -38,12 +38,19 @@ pub(crate) fn verdict(
         (true, false) => Verdict::Ambiguous,
         (false, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
         // Something else may take all away, and was not tried.
-        (false, true) if rest_is_loud && !selection.left_out.is_empty() => Verdict::Unexplained,
+        (false, true) if rest_is_loud && !selection.left_out.is_empty() && !is_unrivalled(selection) => {
+            Verdict::Unexplained
+        }
         (false, true) if explained_share < MOST => Verdict::Unexplained,
         (false, true) => Verdict::Improved,
         // Several laws each take a part of it away and none takes all: none of them is it.
         (false, false) => Verdict::Unexplained,
     }
+}
+
+/// Whether no laws that were not tried could do the work of any law of the chosen set.
+fn is_unrivalled(selection: &Selection) -> bool {
+    selection.judged.iter().all(|tried| tried.unrivalled)
 }
 
 /// Effects in order of importance: what the held-out (or training) recordings would lose.

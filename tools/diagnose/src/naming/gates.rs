@@ -10,8 +10,9 @@
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at one and a half times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains: is the held-out gain beyond doubt |
+//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could |
 //!
-//! The last three are asked of laws that were chosen, not of every one that was tried.
+//! The last four are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_identify::tall::{add_scaled, dot};
 
@@ -129,6 +130,23 @@ pub(crate) struct Trialled<'t> {
     pub(crate) closer: Option<Closer>,
 }
 
+impl Trialled<'_> {
+    /// Share that the law takes off what noise does not explain of the training recordings.
+    fn share(&self) -> f64 {
+        self.explained / self.systematic.max(f64::MIN_POSITIVE)
+    }
+
+    /// The smaller of that and the held-out recordings' share.
+    fn least_share(&self) -> f64 {
+        self.held_out_share.map_or(self.share(), |held_out| held_out.min(self.share()))
+    }
+
+    /// Whether no laws that were not tried could do its work, `own` being the share of its effect that no others make.
+    pub(crate) fn is_unrivalled(&self, own: f64) -> bool {
+        self.least_share() > NEARLY_ALL || own > OWN
+    }
+}
+
 /// What only chosen laws are asked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Closer {
@@ -138,10 +156,22 @@ pub(crate) struct Closer {
     pub(crate) stable: bool,
     /// Sum of squares that is left over beyond noise; `None` where nothing but noise is left.
     pub(crate) rest: Option<f64>,
+    /// Where time ended the search while what is left was louder than noise: share of the law's effect that all other laws together do not
+    /// make, as far as straight lines say.
+    pub(crate) cut_short: Option<f64>,
 }
 
 /// A law takes away at least this share of what noise does not explain.
 pub(crate) const NOTICEABLE: f64 = 0.05;
+
+/// Share of what noise does not explain, beside the other laws of its set, that a law takes away when what was not tried cannot be it.
+/// A search that time has ended has not seen what a further law beside or instead of this one would do. Whatever that law is, all that is
+/// left for it to explain is the rest: a law that only shares the work of another leaves much to it, one that leaves a twentieth has
+/// done the work, and a second law can be missing only on top.
+const NEARLY_ALL: f64 = 0.95;
+/// A law is named beside a large rest too, of a disturbance say, when at least this share of its effect is its own: no laws instead of it
+/// could then take away most of what it takes.
+const OWN: f64 = 0.5;
 
 /// A structured rest is large when it is this share of what the law explains: a law that is nearly right leaves as much.
 const LARGE_REST: f64 = 0.1;
@@ -200,7 +230,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         let passed = t > options.training_gate;
         gates.push(gate("determined", passed, format!("{name} is {t:.1} standard errors from zero")));
     }
-    let share = trialled.explained / trialled.systematic.max(f64::MIN_POSITIVE);
+    let share = trialled.share();
     gates.push(gate(
         "size",
         share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
@@ -229,6 +259,18 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
             closer.stable,
             "simulated at one and a half times the largest input".to_owned(),
         ));
+        if let Some(own) = closer.cut_short {
+            gates.push(gate(
+                "unrivalled",
+                trialled.is_unrivalled(own),
+                format!(
+                    "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
+                     of its effect being what no others make",
+                    100.0 * trialled.least_share().clamp(0.0, 1.0),
+                    100.0 * own
+                ),
+            ));
+        }
         if let (Some(rest), Some(held_out)) = (closer.rest, &trialled.held_out) {
             let beside = rest / trialled.explained.max(f64::MIN_POSITIVE);
             gates.push(gate(
@@ -242,4 +284,36 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         }
     }
     gates
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A law that takes these shares off what noise does not explain, found by a search that time has ended.
+    fn cut_short(training: f64, held_out: f64, own: f64) -> bool {
+        let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
+        let closer = Closer { consistency: None, stable: true, rest: Some(1.0), cut_short: Some(own) };
+        let parameters = [("force".to_owned(), 1.0, 0.01, 0.0, f64::INFINITY)];
+        let trialled = Trialled {
+            training: improvement,
+            held_out: Some(improvement),
+            freedom: 1,
+            parameters: &parameters,
+            amplitudes: &["force".to_owned()],
+            explained: 1e4 * training,
+            systematic: 1e4,
+            held_out_share: Some(held_out),
+            closer: Some(closer),
+        };
+        gates(&trialled, &Options::default()).iter().all(|gate| gate.passed)
+    }
+
+    #[test]
+    fn a_search_that_time_has_ended_names_what_leaves_nearly_nothing_or_does_what_no_others_do() {
+        assert!(cut_short(0.999, 0.99, 0.0), "nothing is left for another law to do");
+        assert!(cut_short(0.66, 0.66, 0.98), "a line beside a random force: no other law makes a line");
+        assert!(!cut_short(0.94, 0.97, 0.05), "dry friction in place of friction with a dip at low speed");
+        assert!(!cut_short(0.999, 0.78, 0.05), "what was fitted is not what is there on other recordings");
+    }
 }

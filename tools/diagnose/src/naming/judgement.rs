@@ -5,9 +5,10 @@ use rayon::prelude::*;
 use super::gates::Closer;
 use super::nested::{contains, leaves_open};
 use super::rounds::Tried;
+use super::screening::{Screened, own_share};
 use super::selection::{Search, Selection};
 use super::sets::Member;
-use crate::adequacy::is_adequate;
+use crate::adequacy::{is_adequate, is_loud};
 use crate::fit::Fitted;
 use crate::intervals::precision;
 use crate::record::Record;
@@ -36,7 +37,8 @@ impl Search<'_> {
             if self.patience.is_spent() {
                 selection.left_out.push("the best values of what was chosen");
             }
-            let (judged, sets) = self.judge_laws(&selection.chosen, refitted);
+            let cut_short = self.is_over() || !selection.left_out.is_empty();
+            let (judged, sets) = self.judge_laws(&selection.chosen, refitted, cut_short, &selection.screened);
             without = sets;
             let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());
             let weight = |tried: &Tried| tried.held_out.map_or(tried.training.z, |held_out| held_out.z);
@@ -78,20 +80,28 @@ impl Search<'_> {
         let sizes: Vec<usize> = selection.rivals.iter().map(size).collect();
         let Some(simplest) = simplest_below(size(&selection.chosen), &sizes) else { return };
         let rival = &mut selection.rivals[simplest];
-        let (judged, _) = self.judge_laws(rival, refitted);
+        let (judged, _) =
+            self.judge_laws(rival, refitted, !selection.left_out.is_empty(), &selection.screened);
         if judged.iter().all(Tried::passes) {
             std::mem::swap(rival, &mut selection.chosen);
             selection.judged = judged;
         }
     }
 
-    /// Every law of a set judged, and the sets without it, in the set's order.
-    fn judge_laws(&self, chosen: &Member, refitted: &Fitted) -> (Vec<Tried>, Vec<Member>) {
+    /// Every law of a set judged, and the sets without it, in the set's order; `cut_short`: whether time ended the search that chose it.
+    fn judge_laws(
+        &self,
+        chosen: &Member,
+        refitted: &Fitted,
+        cut_short: bool,
+        screened: &[Screened],
+    ) -> (Vec<Tried>, Vec<Member>) {
         let stack = self.study.stack(Role::Train);
         let is_law = |path: &str| path.starts_with("physics.");
         let (errors, agreements) = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
         let stable = self.is_stable(chosen);
         let rest = self.structured_rest(chosen);
+        let cut_short = cut_short && self.leaves_more_than_noise(chosen);
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
@@ -113,8 +123,21 @@ impl Search<'_> {
                 });
                 let worst =
                     strengths.filter_map(|(_, agreement)| *agreement).min_by(|a, b| a.p.total_cmp(&b.p));
-                let closer = Some(Closer { consistency: worst, stable, rest });
-                let tried = self.judged(&without, chosen.clone(), chosen.laws[place], &own, &errors, closer);
+                let own_share = own_share(screened, chosen.laws[place]);
+                let closer = Some(Closer {
+                    consistency: worst,
+                    stable,
+                    rest,
+                    cut_short: cut_short.then_some(own_share),
+                });
+                let tried = self.judged(
+                    &without,
+                    chosen.clone(),
+                    chosen.laws[place],
+                    &own,
+                    &errors,
+                    (closer, own_share),
+                );
                 (tried, without)
             })
             .unzip()
@@ -138,6 +161,13 @@ impl Search<'_> {
             })
             .sum();
         Some((member.fitted.sum_of_squares - noise).max(0.0))
+    }
+
+    /// Whether more than noise is left under a set, by its power.
+    fn leaves_more_than_noise(&self, member: &Member) -> bool {
+        let on_all = member.on_all();
+        let floors = self.study.floors(&on_all);
+        is_loud(&self.study.adequacies(&on_all, &floors), self.options)
     }
 
     /// Whether the model stays within ten times what is linear when the input is half as large again.

@@ -29,6 +29,8 @@ pub(crate) struct Tried {
     pub(crate) gates: Vec<Gate>,
     /// Name, value, standard error, lower and upper bound.
     pub(crate) parameters: Vec<(String, f64, f64, f64, f64)>,
+    /// Whether no laws that were not tried could do its work: see the gate of that name.
+    pub(crate) unrivalled: bool,
 }
 
 impl Tried {
@@ -80,6 +82,13 @@ impl Search<'_> {
         if is_given_up() {
             return (Vec::new(), Vec::new());
         }
+        let drawing = base.laws.is_empty().then(|| self.better_drawing(base)).flatten();
+        self.tried_around(drawing.as_ref().unwrap_or(base), base)
+    }
+
+    /// Fits laws on top of `base`, and judges them against `rival`, the same set of laws perhaps fitted otherwise.
+    fn tried_around(&self, base: &Member, rival: &Member) -> Round {
+        let is_given_up = || !base.laws.is_empty() && self.is_over();
         let stack = self.study.stack(Role::Train);
         let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz, &is_given_up);
         if is_given_up() {
@@ -108,11 +117,11 @@ impl Search<'_> {
         let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
         let own: Vec<Vec<f64>> =
             own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
-        let mut tried = self.fitted_ones(base, &sketched, &own);
+        let mut tried = self.fitted_ones(base, rival, &sketched, &own);
         // The best may be no law at all, a wave longer than the travel say: then those behind it are heard.
         if !tried.iter().any(Tried::passes) && !is_given_up() {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
-            tried.extend(self.fitted_ones(base, next, &own));
+            tried.extend(self.fitted_ones(base, rival, next, &own));
         }
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);
@@ -156,7 +165,13 @@ impl Search<'_> {
     }
 
     /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
-    fn fitted_ones(&self, base: &Member, sketched: &[Sketched<'_>], own: &[Vec<f64>]) -> Vec<Tried> {
+    fn fitted_ones(
+        &self,
+        base: &Member,
+        rival: &Member,
+        sketched: &[Sketched<'_>],
+        own: &[Vec<f64>],
+    ) -> Vec<Tried> {
         let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
@@ -168,7 +183,7 @@ impl Search<'_> {
         begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
         let best = begun.first().map_or(0.0, |(fitted, _)| before - fitted.sum_of_squares);
         begun.retain(|(fitted, _)| before - fitted.sum_of_squares > CONTENDS * best);
-        begun.par_iter().filter_map(|(fitted, screened)| self.try_on(base, screened, fitted)).collect()
+        begun.par_iter().filter_map(|(fitted, screened)| self.try_on(rival, screened, fitted)).collect()
     }
 
     /// Fits the law's own parameters from its best trials; those of the model follow along straight lines. What is left,
@@ -245,7 +260,7 @@ impl Search<'_> {
         let own = format!("physics.{number}.");
         let stack = self.study.stack(Role::Train);
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
-        Some(self.judged(base, member, screened.candidate, &own, &errors, None))
+        Some(self.judged(base, member, screened.candidate, &own, &errors, (None, 0.0)))
     }
 
     /// The gates of the law whose parameters start with `own`, between a set without and a set with it.
@@ -256,7 +271,7 @@ impl Search<'_> {
         candidate: usize,
         own: &str,
         errors: &[f64],
-        closer: Option<Closer>,
+        (closer, own_share): (Option<Closer>, f64),
     ) -> Tried {
         let slowest_hz = self.study.slowest_hz;
         let stack = self.study.stack(Role::Train);
@@ -284,21 +299,20 @@ impl Search<'_> {
         }
         let amplitudes = self.candidates[candidate].amplitude_names();
         let noise = stack.present() as f64;
-        let gates = gates(
-            &Trialled {
-                training,
-                held_out,
-                freedom: parameters.len(),
-                parameters: &parameters,
-                amplitudes: &amplitudes,
-                explained: base.fitted.sum_of_squares - member.fitted.sum_of_squares,
-                systematic: (base.fitted.sum_of_squares - noise).max(1.0),
-                held_out_share: held_out.map(|_| self.held_out_share(base, &member)),
-                closer,
-            },
-            self.options,
-        );
-        Tried { member, candidate, training, held_out, gates, parameters }
+        let trialled = Trialled {
+            training,
+            held_out,
+            freedom: parameters.len(),
+            parameters: &parameters,
+            amplitudes: &amplitudes,
+            explained: base.fitted.sum_of_squares - member.fitted.sum_of_squares,
+            systematic: (base.fitted.sum_of_squares - noise).max(1.0),
+            held_out_share: held_out.map(|_| self.held_out_share(base, &member)),
+            closer,
+        };
+        let unrivalled = trialled.is_unrivalled(own_share);
+        let gates = gates(&trialled, self.options);
+        Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
     }
 }
 

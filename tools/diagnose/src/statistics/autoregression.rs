@@ -83,10 +83,8 @@ impl Autoregression {
         self.innovation_variance * filtered.iter().map(|value| value * value).sum::<f64>()
     }
 
-    /// By how much the mean square of `count` samples scatters less certainly than that of white noise: the number
-    /// of independent samples that would tell the variance as well,
-    /// `count / (1 + 2 * sum of squared autocorrelations)` (M. Bartlett, 1946).
-    pub(crate) fn effective_count(&self, count: usize) -> f64 {
+    /// The model's autocorrelation from lag 0 until nothing is left of it, for a series of `count` samples.
+    pub(crate) fn autocorrelations(&self, count: usize) -> Vec<f64> {
         let lags = 2000.min(count / 2);
         let mut impulse = vec![0.0; lags + MOST_LAGS];
         impulse[0] = 1.0;
@@ -98,15 +96,23 @@ impl Autoregression {
             impulse.iter().zip(impulse.get(lag..).unwrap_or_default()).map(|(a, b)| a * b).sum()
         };
         let power = covariance(0);
-        let mut sum = 0.0;
+        let mut all = vec![1.0];
         // The autocorrelation decays geometrically; beyond ten times its memory nothing is left.
         for lag in 1..lags {
             let rho = covariance(lag) / power;
-            sum += rho * rho;
+            all.push(rho);
             if lag > 50 && rho.abs() < 1e-3 {
                 break;
             }
         }
+        all
+    }
+
+    /// By how much the mean square of `count` samples scatters less certainly than that of white noise: the number
+    /// of independent samples that would tell the variance as well,
+    /// `count / (1 + 2 * sum of squared autocorrelations)` (M. Bartlett, 1946).
+    pub(crate) fn effective_count(&self, count: usize) -> f64 {
+        let sum: f64 = self.autocorrelations(count).iter().skip(1).map(|rho| rho * rho).sum();
         count as f64 / (1.0 + 2.0 * sum)
     }
 }

@@ -169,6 +169,9 @@ fn influences(columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
         return None;
     }
     let n = columns.len();
+    if n == 0 {
+        return Some(Vec::new());
+    }
     let scaled = DMatrix::from_fn(n, n, |i, j| products[(i, j)] / (lengths[i] * lengths[j]));
     let inverse = inverse_of(scaled)?;
     let rows = columns.first().map_or(0, Vec::len);

@@ -60,6 +60,13 @@ impl Hypothesis {
         })
     }
 
+    /// The same with no law at all.
+    pub(crate) fn without_laws(&self) -> Self {
+        let mut linear = self.clone();
+        linear.model.setup_mut().physics.clear();
+        linear
+    }
+
     /// Whether initial states only add their free response.
     pub(crate) fn is_linear(&self) -> bool {
         self.model.setup().physics.is_empty()

@@ -208,8 +208,13 @@ impl Stack<'_> {
 
     /// The same from the likeliest state: from rest or from the one given, each corrected as the linear model says.
     fn evaluate_record(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
-        let start: Vec<f64> =
+        let mut start: Vec<f64> =
             (0..state_count(hypothesis)?).map(|state| start.get(state).copied().unwrap_or(0.0)).collect();
+        let never_rests = !hypothesis.is_linear() && self.never_rests(index, hypothesis);
+        if never_rests && start.iter().all(|value| *value == 0.0) {
+            // Friction holds at rest whatever a small step away from it would do: the linear model says where the motion began.
+            start = self.evaluate_record(index, &hypothesis.without_laws(), &[])?.initial;
+        }
         let start = &start[..];
         if hypothesis.is_linear() {
             let responses = free_responses(hypothesis, self.records[index])?;
@@ -224,6 +229,9 @@ impl Stack<'_> {
             add_scaled(&mut fit.initial, 1.0, &corrections);
             return Some(fit);
         }
+        if never_rests {
+            return self.corrected_from(index, hypothesis, start);
+        }
         let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
         let rest = self.corrected_from(index, hypothesis, &vec![0.0; start.len()]);
         if start.iter().all(|value| *value == 0.0) {
@@ -237,6 +245,11 @@ impl Stack<'_> {
             }
             (rest, given) => rest.or(given),
         }
+    }
+
+    /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from then.
+    fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
+        self.records[index].input.is_none() && hypothesis.model.setup().initial.is_empty()
     }
 
     /// From a state, corrected a few times; the best that was met.
@@ -297,6 +310,9 @@ impl Stack<'_> {
                     let found = self.evaluate_from(index, hypothesis, start, &near.nuisances);
                     found.map(|(fit, _)| fit)
                 };
+                if self.never_rests(index, hypothesis) {
+                    return from(&near.initial);
+                }
                 let rest = from(&vec![0.0; near.initial.len()]);
                 if near.initial.iter().all(|value| *value == 0.0) {
                     return rest;

@@ -47,3 +47,104 @@ fn a_free_decay_needs_no_input_and_a_wrong_frequency_is_only_refitted() {
     let refitted = changed.map(|change| (change.to, change.stderr));
     assert!(refitted.is_some_and(|(hz, stderr)| (hz - 6.6).abs() < 4.0 * stderr), "{refitted:?}");
 }
+
+const STAGE: &str = r#"
+    schema = 1
+    kind = "lumped"
+    [[body]]
+    name = "slider"
+    mass = 14.0
+    [[spring]]
+    between = ["slider", "ground"]
+    stiffness = 3150.0
+    [[output]]
+    column = "slider_position_m"
+    body = "slider"
+    quantity = "position"
+"#;
+const DAMPER: &str = r#"
+    [[damper]]
+    between = ["slider", "ground"]
+    damping = 21.0
+"#;
+const FRICTION: &str = r#"
+    [[physics]]
+    id = "coulomb_friction"
+    location = "slider"
+    [physics.parameters]
+    force = 0.5
+"#;
+const NOISE_M: f64 = 3e-5;
+
+fn noisy(name: &str, positions: &[f64], seed: u64) -> Recording {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let time_s = (0..positions.len()).map(|k| 0.01 * k as f64).collect();
+    let read = positions.iter().map(|x| {
+        let draw: f64 = StandardNormal.sample(&mut random);
+        x + NOISE_M * draw
+    });
+    let read = read.collect();
+    Recording::new(name, time_s).with_column("slider_position_m", read)
+}
+
+/// A stage of 14 kg on 2840 N/m let go, with viscous damping and quadratic drag, by the fourth-order method of Runge and Kutta.
+fn let_go_in_oil(from_m: f64) -> Vec<f64> {
+    const STEP_S: f64 = 1e-3;
+    let rate = |[x, v]: [f64; 2]| [v, -(2840.0 * x + 20.0 * v + 140.0 * v * v.abs()) / 14.0];
+    let ahead = |at: [f64; 2], by: [f64; 2], step: f64| [at[0] + step * by[0], at[1] + step * by[1]];
+    let mut at = [from_m, 0.0];
+    let mut positions = vec![from_m];
+    for k in 1..20_000 {
+        let a = rate(at);
+        let b = rate(ahead(at, a, 0.5 * STEP_S));
+        let c = rate(ahead(at, b, 0.5 * STEP_S));
+        let d = rate(ahead(at, c, STEP_S));
+        for i in 0..2 {
+            at[i] += STEP_S / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]);
+        }
+        if k % 10 == 0 {
+            positions.push(at[0]);
+        }
+    }
+    positions
+}
+
+#[test]
+fn drag_is_named_though_a_refit_hides_most_of_it_in_the_damping() {
+    let model = Model::from_toml("stage.toml", &format!("{STAGE}{DAMPER}")).unwrap();
+    let run = |name: &str, from_m: f64, seed: u64| noisy(name, &let_go_in_oil(from_m), seed);
+    let train = [run("near", 0.01, 1), run("far", 0.03, 2), run("middle", 0.02, 3)];
+    let held_out = [run("check", 0.025, 4), run("other", 0.015, 5)];
+    let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+    let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!((found.verdict, named), (Verdict::Explained, vec!["quadratic_drag"]), "{}", found.sentence);
+}
+
+/// A stage of 14 kg on 3000 N/m let go under 0.5 N of dry friction alone: half waves about two centres, until one ends between them.
+fn let_go_under_friction(from_m: f64) -> Vec<f64> {
+    let (centre, omega) = (0.5 / 3000.0, (3000.0_f64 / 14.0).sqrt());
+    let half_s = std::f64::consts::PI / omega;
+    let position = |mut left_s: f64| {
+        let mut turn = from_m;
+        while turn.abs() > centre {
+            let about = centre.copysign(turn);
+            if left_s < half_s {
+                return about + (turn - about) * (omega * left_s).cos();
+            }
+            turn = 2.0 * about - turn;
+            left_s -= half_s;
+        }
+        turn
+    };
+    (0..2000).map(|k| position(0.01 * f64::from(k))).collect()
+}
+
+#[test]
+fn a_model_with_friction_is_refitted_to_decays_though_it_could_rest() {
+    let model = Model::from_toml("stage.toml", &format!("{STAGE}{FRICTION}")).unwrap();
+    let run = |name: &str, from_m: f64, seed: u64| noisy(name, &let_go_under_friction(from_m), seed);
+    let train = [run("far", 0.03, 1), run("near", 0.02, 2)];
+    let found =
+        diagnose(&model, &train, &[run("check", 0.025, 3)], &Options::default(), &mut |_| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+}

@@ -12,6 +12,7 @@ use super::sets::{Member, law_parameters};
 use super::trials::Trial;
 use crate::fit::{Effort, Fitted, Others, fit_near};
 use crate::intervals::rough_standard_errors;
+use crate::parameters::FreeParameter;
 use crate::result::Gate;
 use crate::stacking::RecordFit;
 
@@ -39,14 +40,16 @@ impl Tried {
     }
 }
 
-/// A law with parameters of its own fitted, those of the model following along straight lines.
+/// A law with parameters of its own fitted, those of the model following.
 struct Sketched<'s> {
     screened: &'s Screened,
     /// Sum of squares that is left.
     left: f64,
     physics: Physics,
-    /// The recordings, what the model's parameters would absorb taken out of the residuals.
+    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow along straight lines.
     records: Vec<RecordFit>,
+    /// The fit, where the model's parameters were searched along.
+    begun: Option<Fitted>,
 }
 
 /// A sketch that reaches this share of what a gate asks is worth a fit.
@@ -59,7 +62,16 @@ const CONTENDS: f64 = 0.5;
 /// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
-/// Candidates fitted with the model's own parameters held to straight lines, to see which are worth more.
+/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that holds it up: a sketch
+/// begins with half of it, so often at most, ...
+const HALVINGS: i32 = 5;
+/// ... until no more than this many times what is there without the law is left over.
+const TOO_FAR: f64 = 4.0;
+/// Where the model's own parameters are no more than these and all recordings are decays, they are searched with the law's in a sketch:
+/// that costs little more than straight lines, which end where a decay rate or a frequency has to move by as much as a decay shows
+/// of it. A law that the refit has hidden in its damping for the most part looks like nothing along them.
+const SEARCHED_ALONG: usize = 4;
+/// Candidates sketched, to see which are worth more: with the model's own parameters held to straight lines, or searched along.
 const SKETCHED_PER_ROUND: usize = 16;
 
 impl Search<'_> {
@@ -99,10 +111,20 @@ impl Search<'_> {
         let columns = base.fitted.rough_sensitivities(&stack);
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column.clone()));
+        // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
+        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
+        let own: Vec<Vec<f64>> =
+            own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
+        let only_decays = stack.records.iter().all(|record| record.input.is_none());
+        let others = if only_decays && own.len() <= SEARCHED_ALONG {
+            Others::Known(&own)
+        } else {
+            Others::Absorb(&absorbing)
+        };
         let mut sketched: Vec<Sketched<'_>> = promising
             .par_iter()
             .filter(|_| !is_given_up())
-            .filter_map(|screened| self.sketch(base, screened, &absorbing))
+            .filter_map(|screened| self.sketch(base, screened, others))
             .collect();
         sketched.retain(|sketched| self.may_pass(base, sketched));
         sketched.sort_by(|a, b| a.left.total_cmp(&b.left));
@@ -113,10 +135,6 @@ impl Search<'_> {
         let rest = sketched.split_off(
             contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()).min(sketched.len()),
         );
-        // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
-        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
-        let own: Vec<Vec<f64>> =
-            own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
         let mut tried = self.fitted_ones(base, rival, &sketched, &own);
         // The best may be no law at all, a wave longer than the travel say: then those behind it are heard.
         if !tried.iter().any(Tried::passes) && !is_given_up() {
@@ -176,8 +194,13 @@ impl Search<'_> {
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
             .filter(|_| base.laws.is_empty() || !self.is_over())
-            .filter_map(|Sketched { physics, screened, .. }| {
-                Some((self.begun(base, screened, physics, own)?, *screened))
+            .filter_map(|sketched| {
+                let Sketched { physics, screened, begun, .. } = sketched;
+                let begun = match begun {
+                    Some(begun) => begun.clone(),
+                    None => self.begun(base, screened, physics, own)?,
+                };
+                Some((begun, *screened))
             })
             .collect();
         begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
@@ -186,18 +209,13 @@ impl Search<'_> {
         begun.par_iter().filter_map(|(fitted, screened)| self.try_on(rival, screened, fitted)).collect()
     }
 
-    /// Fits the law's own parameters from its best trials; those of the model follow along straight lines. What is left,
+    /// Fits the law's own parameters from its best trials; those of the model follow. What is left,
     /// and the law.
-    fn sketch<'s>(
-        &self,
-        base: &Member,
-        screened: &'s Screened,
-        absorbing: &Orthonormal,
-    ) -> Option<Sketched<'s>> {
+    fn sketch<'s>(&self, base: &Member, screened: &'s Screened, others: Others<'_>) -> Option<Sketched<'s>> {
         let best = (&screened.trial, screened.factor);
         std::iter::once(best)
             .chain(screened.others.iter().map(|(trial, factor)| (trial, *factor)))
-            .filter_map(|(trial, factor)| self.sketch_from(base, screened, trial, factor, absorbing))
+            .filter_map(|(trial, factor)| self.sketch_from(base, screened, trial, factor, others))
             .min_by(|a, b| a.left.total_cmp(&b.left))
     }
 
@@ -207,24 +225,40 @@ impl Search<'_> {
         screened: &'s Screened,
         trial: &Trial,
         factor: f64,
-        absorbing: &Orthonormal,
+        others: Others<'_>,
     ) -> Option<Sketched<'s>> {
         let number = base.laws.len() + 1 + self.given_laws;
         let candidate = &self.candidates[screened.candidate];
-        let mut physics = candidate.physics(trial, factor);
-        let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
-        let free =
-            law_parameters(&hypothesis.model, &physics, number, candidate, &candidate.amplitude_names());
-        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let stack = self.study.stack(Role::Train);
-        let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
-        let fitted =
-            fit_near(&stack, &hypothesis, &free, &start, near, Others::Absorb(absorbing), Effort::SKETCH)?;
-        for (parameter, value) in free.iter().zip(&fitted.values) {
+        let started = (0..=HALVINGS).find_map(|halvings| {
+            let physics = candidate.physics(trial, factor * 0.5_f64.powi(halvings));
+            let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
+            let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
+            let left: f64 = near.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+            let is_bearable = trial.amplitudes.is_empty() || left < TOO_FAR * base.fitted.sum_of_squares;
+            (is_bearable || halvings == HALVINGS).then_some((physics, hypothesis, near))
+        });
+        let (mut physics, hypothesis, near) = started?;
+        let law =
+            law_parameters(&hypothesis.model, &physics, number, candidate, &candidate.amplitude_names());
+        let follow = match others {
+            Others::Absorb(_) => 0,
+            Others::Searched | Others::Known(_) => base.fitted.free.len(),
+        };
+        let free: Vec<FreeParameter> = base.fitted.free[..follow].iter().chain(&law).cloned().collect();
+        let given = law.iter().map(|parameter| parameter.given);
+        let start: Vec<f64> = base.fitted.values[..follow].iter().copied().chain(given).collect();
+        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, others, Effort::SKETCH)?;
+        for (parameter, value) in law.iter().zip(&fitted.values[follow..]) {
             if let Some((_, name)) = parameter.path.rsplit_once('.') {
                 physics.parameters.insert(name.to_owned(), *value);
             }
         }
+        let left = fitted.sum_of_squares;
+        let Others::Absorb(absorbing) = others else {
+            let records = fitted.records.clone();
+            return Some(Sketched { left, physics, screened, records, begun: Some(fitted) });
+        };
         let mut records = fitted.records;
         let mut residuals: Vec<f64> =
             records.iter().flat_map(|record| record.residuals.iter().copied()).collect();
@@ -235,7 +269,7 @@ impl Search<'_> {
             record.residuals.copy_from_slice(own);
             rest = others;
         }
-        Some(Sketched { left: fitted.sum_of_squares, physics, screened, records })
+        Some(Sketched { left, physics, screened, records, begun: None })
     }
 
     /// Begins the fit of one candidate on top of a set.

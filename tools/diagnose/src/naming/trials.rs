@@ -257,6 +257,9 @@ fn trials(
     }
 }
 
+/// A sensor's limit is looked for up to this many times its largest reading.
+const ABOVE_READINGS: f64 = 1.5;
+
 /// Waves of a force over half the travel that are looked for.
 const MOST_WAVES: i32 = 10;
 
@@ -278,7 +281,9 @@ fn ranges(
         "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],
         "stribeck_friction" => vec![("velocity", 1e-3 * at.velocity, 3.0 * at.velocity)],
         "saturation" => {
-            let most = if at_sensor { y_most } else { u_most };
+            // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put aside: the limit lies about
+            // there and not below. A command is known exactly, and one above all that was asked for limits nothing.
+            let most = if at_sensor { ABOVE_READINGS * y_most } else { u_most };
             vec![("limit", 0.05 * most, most)]
         }
         "dead_zone" => vec![("threshold", 0.0, u_most)],
@@ -301,4 +306,18 @@ fn step_of(record: &Record, output: usize) -> Option<f64> {
     let smallest = gaps.iter().copied().reduce(f64::min)?;
     let near = gaps.iter().filter(|gap| (**gap / smallest - (**gap / smallest).round()).abs() < 0.05).count();
     (near * 10 > gaps.len() * 9).then_some(smallest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_of_a_saturating_sensor_may_be_its_largest_reading() {
+        let at = Scale { displacement: 0.02, reach: 0.04, travel: 0.08, velocity: 0.1, force: 1.0 };
+        let scales = Scales { input: [0.5, 1.0], outputs: vec![[0.02, 0.03]], ..Scales::default() };
+        let most = |at_sensor: bool| ranges("saturation", at, &scales, 0, at_sensor)[0].2;
+        assert!(most(true) > 1.1 * 0.03, "{}", most(true));
+        assert!(most(false) < 1.0 + 1e-9, "a command is known exactly");
+    }
 }

@@ -107,6 +107,10 @@ impl Record {
         let grid = fine_grid(recording, model, input.as_deref(), refinement);
         let rerun = Rerun::new(&grid, model, refinement)
             .map_err(|source| DiagnoseError::Simulation { recording: recording.name.clone(), source })?;
+        let rerun = match &input {
+            Some(samples) if refinement > 1 => rerun.with_true_input(samples),
+            _ => rerun,
+        };
         Ok(Self {
             name: recording.name.clone(),
             role,

@@ -211,11 +211,19 @@ impl Study {
                 sum += dot(&part.residual, &part.residual);
                 count += part.residual.len();
             }
-            if count > 0 && sum > 0.0 {
-                self.weights[output] =
-                    1.0 / (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX))).sqrt();
+            let least = self.rounding(output);
+            if count > 0 && sum.max(least) > 0.0 {
+                let rms = (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX))).sqrt();
+                self.weights[output] = 1.0 / rms.max(least);
             }
         }
+    }
+
+    /// What of an output is rounding, in its unit: a base that follows its setpoint exactly must not outweigh what sensors saw.
+    fn rounding(&self, output: usize) -> f64 {
+        let recorded = self.train.iter().chain(&self.held_out).flat_map(|record| &record.outputs);
+        let sizes = recorded.filter(|signal| signal.index == output).map(|signal| reach(&signal.samples));
+        ROUNDING * sizes.fold(0.0, f64::max)
     }
 
     /// Weights every output by its noise.
@@ -257,6 +265,7 @@ impl Study {
         (0..parts.len())
             .map(|output| {
                 let floor = noise_floor(&parts[output])?;
+                let floor = NoiseFloor { rms: floor.rms.max(self.rounding(output)), ..floor };
                 if floor.source != NoiseSource::QuietQuarter {
                     return Some(floor);
                 }
@@ -330,6 +339,9 @@ impl Study {
         any
     }
 }
+
+/// Share of an output below which no sensor sees anything and simulations round.
+const ROUNDING: f64 = 1e-9;
 
 /// Share of an output below which nothing is looked for (80 dB): an input known at samples only leaves that much open at the start of a
 /// recording and where it moves fast.

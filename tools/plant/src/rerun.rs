@@ -21,6 +21,8 @@ pub struct Rerun {
     input: Vec<f64>,
     reference: Option<Vec<f64>>,
     every: usize,
+    /// What an output that shows the input itself has to be corrected by, one sample per wanted stamp.
+    unseen: Option<Vec<f64>>,
 }
 
 impl Rerun {
@@ -46,13 +48,29 @@ impl Rerun {
             let samples = recording.column(&controller.reference_column).ok()?;
             check_input(recording, &controller.reference_column, samples).is_ok().then(|| samples.to_vec())
         });
-        Ok(Self { time_s: recording.time_s.clone(), input, reference, every: every.max(1) })
+        Ok(Self { time_s: recording.time_s.clone(), input, reference, every: every.max(1), unseen: None })
+    }
+
+    /// With the input as it was at the wanted stamps.
+    ///
+    /// Straight lines between samples weaken what the input's samples drive, which other values than the true ones make up for.
+    /// An output that shows the input itself, the position of a base that is moved, then has to read the true ones.
+    #[must_use]
+    pub fn with_true_input(self, samples: &[f64]) -> Self {
+        let driving = self.input.iter().step_by(self.every);
+        let unseen = driving.zip(samples).map(|(driving, true_value)| true_value - driving).collect();
+        Self { unseen: Some(unseen), ..self }
     }
 
     /// The same, driven `factor` times as hard.
     pub fn scaled(&self, factor: f64) -> Self {
         let times = |samples: &[f64]| samples.iter().map(|value| factor * value).collect::<Vec<f64>>();
-        Self { input: times(&self.input), reference: self.reference.as_deref().map(times), ..self.clone() }
+        Self {
+            input: times(&self.input),
+            reference: self.reference.as_deref().map(times),
+            unseen: self.unseen.as_deref().map(times),
+            ..self.clone()
+        }
     }
 
     /// The outputs of a model at the wanted stamps, in the model's order, sensors without their noise.
@@ -69,13 +87,16 @@ impl Rerun {
         if self.reference.is_none() && is_linear(model)? {
             let space = StateSpace::new(model)?;
             let initial = space.initial(model, start)?;
-            return self.linear(&space, initial, &stamps);
+            let mut outputs = self.linear(&space, initial, &stamps)?;
+            self.show_true_input(&space.shares_of_input(), &mut outputs);
+            return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
         let closed = self.reference.as_deref().map(|samples| (self.time_s.as_slice(), samples));
         let machine = Machine::new(model, start, closed, longest_step_s)?;
         let open = if closed.is_some() { &[][..] } else { &self.input };
         let look = Look { every: self.every, between: sensing.looks_between() };
+        let shares = machine.shares_of_input();
         let run = machine.run_lean(&stamps, open, look)?;
         let wanted_s: Vec<f64> = run.stamps.iter().map(|&index| run.time_s[index]).collect();
         let outputs = run.outputs.iter().enumerate().map(|(index, samples)| {
@@ -85,7 +106,19 @@ impl Rerun {
             let dense = Dense { time_s: &run.time_s, samples, base: &run.base };
             sensing.recorded(index, &dense, &wanted_s, false)
         });
-        Ok(outputs.collect())
+        let mut outputs: Vec<Vec<f64>> = outputs.collect();
+        self.show_true_input(&shares, &mut outputs);
+        Ok(outputs)
+    }
+
+    /// Corrects what outputs show of the input itself; laws between the two change the correction, which is small, in second order.
+    fn show_true_input(&self, shares: &[f64], outputs: &mut [Vec<f64>]) {
+        let Some(unseen) = &self.unseen else { return };
+        for (share, samples) in shares.iter().zip(outputs) {
+            if *share != 0.0 {
+                samples.iter_mut().zip(unseen).for_each(|(sample, missing)| *sample += share * missing);
+            }
+        }
     }
 
     /// The linear plant from one wanted stamp to the next.

@@ -136,3 +136,29 @@ fn a_force_along_a_motion_is_that_of_its_law() {
         assert!((series[0].samples[k] + 3.0 * mean).abs() < 1e-9 * largest);
     }
 }
+
+/// What drives may differ from what was recorded, to make up for straight lines between coarse samples; what is read must not.
+#[test]
+fn an_output_that_shows_the_input_reads_the_true_one_and_others_the_driving_one() {
+    let text = with(BEAM, "force_N", "setpoint_m");
+    let servo = Model::from_toml("model.toml", &text).unwrap();
+    let moved = Model::from_toml("model.toml", &with(BEAM, "force_N", "base_position_m")).unwrap();
+    for (model, follows_at_once) in [(moved, true), (servo, false)] {
+        let driving = recording(&model, true);
+        let column = model.input().unwrap().column.clone();
+        let true_input: Vec<f64> = driving.column(&column).unwrap().iter().map(|u| 1.01 * u).collect();
+        let plain = Rerun::new(&driving, &model, 1).unwrap();
+        let corrected = plain.clone().with_true_input(&true_input);
+        let (before, after) =
+            (plain.outputs(&model, None).unwrap(), corrected.outputs(&model, None).unwrap());
+        let shown = model.output_columns().iter().position(|name| name == "base_position_m").unwrap();
+        for (index, (before, after)) in before.iter().zip(&after).enumerate() {
+            if index == shown && follows_at_once {
+                let error = after.iter().zip(&true_input).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(error < 1e-15, "{error:e}");
+            } else if !follows_at_once {
+                assert_eq!(before, after, "behind a servo nothing shows the input at once");
+            }
+        }
+    }
+}

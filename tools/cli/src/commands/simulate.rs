@@ -61,7 +61,8 @@ pub struct SimulateArgs {
     /// Shape the command, or the recorded input, with a table that `shape --json` wrote
     #[arg(long, value_name = "FILE")]
     shaper: Option<PathBuf>,
-    /// Ticks per second of a command; by default the shaper's, or 4000
+    /// Ticks per second of a command; by default the shaper's, or 4000. Between the ticks of an excitation the base follows
+    /// a cubic, as `identify` and `diagnose` read it
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Use the recorded input as it is, even if the model has a controller and the recording its reference
@@ -210,7 +211,10 @@ impl SimulateArgs {
         setpoints_m.resize(setpoints_m.len() + (AFTER_S * rate_hz) as usize, held);
         let time_s = (0..setpoints_m.len()).map(|index| index as f64 / rate_hz).collect();
         let driven = Recording::new("simulated excitation", time_s).with_column(&input.column, setpoints_m);
-        self.report(model, &driven, None, None, streams)
+        match self.between_samples(model, &driven)? {
+            Some((fine, rate_hz)) => self.report(model, &fine, Some(rate_hz), None, streams),
+            None => self.report(model, &driven, None, None, streams),
+        }
     }
 
     fn run_recording(

@@ -67,7 +67,8 @@ fn ratio(study: &Study, on_all: &OnAll, output: usize, floor: f64) -> Option<f64
         sum += part.residual.iter().map(|value| value * value).sum::<f64>();
         count += part.residual.len() as f64;
     }
-    (count > 0.0).then(|| (sum / count).sqrt() / floor)
+    // A base that the simulation follows exactly has no noise, and nothing is left of it.
+    (count > 0.0).then(|| if sum > 0.0 { (sum / count).sqrt() / floor } else { 0.0 })
 }
 
 /// The beam driven by the recorded base, its own parameters refitted.

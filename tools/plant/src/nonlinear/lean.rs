@@ -244,6 +244,11 @@ impl Machine<'_> {
         self.servo.is_none() && self.motions.is_empty() && self.control.is_none()
     }
 
+    /// How much of the input every output shows at once; nothing where something with a memory lies in between.
+    pub(crate) fn shares_of_input(&self) -> Vec<f64> {
+        if self.is_plain() { self.plant.space.shares_of_input() } else { Vec::new() }
+    }
+
     /// Reads displacement and velocity of every injection point in turn instead of the model's outputs.
     pub(crate) fn watch_points(&mut self) {
         self.plant.space.watch_points();

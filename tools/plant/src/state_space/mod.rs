@@ -210,6 +210,11 @@ impl StateSpace {
         &self.outputs
     }
 
+    /// How much of the input every output shows at once.
+    pub(crate) fn shares_of_input(&self) -> Vec<f64> {
+        self.outputs.iter().map(|output| output.row.value).collect()
+    }
+
     /// Replaces the outputs by displacement and velocity of every injection point in turn.
     pub(crate) fn watch_points(&mut self) {
         let count = self.points.len();

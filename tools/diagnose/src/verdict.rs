@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use stillbeam_plant::Model;
 
 use crate::naming::rounds::Tried;
+use crate::naming::same_force::same_force;
 use crate::naming::selection::Selection;
 use crate::naming::sets::Member;
 use crate::naming::stand_ins::{Moved, StandIns};
@@ -139,8 +140,9 @@ pub(crate) fn moved_cap(stand_ins: &StandIns) -> Option<String> {
 
 /// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.
 pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Candidate]) -> Vec<Tie> {
+    let same = same_force(&selection.judged, candidates);
     if selection.rivals.is_empty() {
-        return stood_for(stand_ins, candidates).into_iter().collect();
+        return stood_for(stand_ins, candidates).into_iter().chain(same).collect();
     }
     let name = |member: &Member| -> Vec<String> {
         member.laws.iter().map(|index| candidates[*index].name()).collect()
@@ -149,7 +151,7 @@ pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Ca
         std::iter::once(&selection.chosen).chain(&selection.rivals).map(name).collect();
     let words: Vec<String> = sets.iter().map(|set| set.join(" with ")).collect();
     let sentence = format!("These recordings cannot tell apart: {}.", words.join("; or "));
-    vec![Tie { candidates: sets, sentence }]
+    std::iter::once(Tie { candidates: sets, sentence }).chain(same).collect()
 }
 
 /// The tie of wrong parameters and laws that do the same; the parameters are the empty set.

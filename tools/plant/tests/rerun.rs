@@ -162,3 +162,27 @@ fn an_output_that_shows_the_input_reads_the_true_one_and_others_the_driving_one(
         }
     }
 }
+
+/// The identity that a diagnosis publishes as a tie, at sliding and at rest: the sine stops at every turn.
+#[test]
+fn even_friction_with_a_constant_force_is_friction_that_differs_by_direction() {
+    let model = Model::from_toml("model.toml", BEAM).unwrap();
+    let driven = recording(&model, true);
+    let base = |id: &str| Physics::new(id, "base");
+    let run = |laws: &[Physics]| {
+        let mut model = model.clone();
+        model.setup_mut().physics = laws.to_vec();
+        Rerun::new(&driven, &model, 1).unwrap().outputs(&model, None).unwrap()
+    };
+    let (friction, force) = (0.5, 0.2);
+    let even =
+        run(&[base("coulomb_friction").with("force", friction), base("constant_force").with("force", force)]);
+    let uneven = run(&[base("asymmetric_friction")
+        .with("force_forward", friction - force)
+        .with("force_backward", friction + force)]);
+    let without = run(&[]);
+    for ((even, uneven), without) in even.iter().zip(&uneven).zip(&without) {
+        let apart = |other: &[f64]| even.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        assert!(apart(uneven) < 1e-6 * apart(without), "{:e} of {:e}", apart(uneven), apart(without));
+    }
+}

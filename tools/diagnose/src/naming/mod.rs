@@ -5,6 +5,7 @@ pub(crate) mod gates;
 mod judgement;
 mod nested;
 pub(crate) mod rounds;
+pub(crate) mod same_force;
 pub(crate) mod scales;
 pub(crate) mod screening;
 pub(crate) mod selection;

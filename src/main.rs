@@ -24,6 +24,7 @@ mod image {
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
     use stillbeam_firmware::fault::Event;
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
+    use stillbeam_firmware::restart::Restart;
     use stillbeam_firmware::settings::{DriveSettings, SettingsStore};
     use stillbeam_firmware::telemetry::Sample;
     use stillbeam_firmware::telemetry::sender::Sender;
@@ -67,6 +68,7 @@ mod image {
         if restart.must_hold() {
             parts.controller.hold_after_crash();
         }
+        log_start(&restart);
         parts.console.note_restart(restart);
         board::follow(parts.console.settings().drive(), parts.console.tick_rate());
         // From here on the tick says whether the drive is enabled.
@@ -93,7 +95,9 @@ mod image {
         let mut sender = Sender::new();
         console.greet(restored, &mut text);
         loop {
+            let said = text.len();
             console.announce(&mut text);
+            log_faults(text.get(said..).unwrap_or_default());
             serial::send(&mut transmit, text.as_bytes()).await;
             text.clear();
             tick_timer::console_made_round();
@@ -179,6 +183,29 @@ mod image {
             *self = now;
         }
     }
+
+    #[cfg(feature = "defmt")]
+    fn log_start(restart: &Restart) {
+        defmt::info!(
+            "started after {=str}, crash on record: {=bool}",
+            restart.cause.name(),
+            restart.crash.is_some()
+        );
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_start(_restart: &Restart) {}
+
+    /// What the console says unasked: faults as they come up.
+    #[cfg(feature = "defmt")]
+    fn log_faults(announced: &str) {
+        for line in announced.lines() {
+            defmt::warn!("{=str}", line);
+        }
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_faults(_announced: &str) {}
 
     #[cfg(feature = "defmt")]
     fn log_rate(clocks_per_tick: u32) {

@@ -5,6 +5,8 @@ use crate::stacking::{RecordFit, Stack};
 
 /// A sample this many robust standard deviations off the median of its neighbours, in the residual, is set aside.
 const OFF: f64 = 7.0;
+/// A neighbour that is off by more than this share of it makes a sample part of a motion.
+const ALONG: f64 = 0.2;
 /// Neighbours on either side.
 const REACH: usize = 3;
 /// Median absolute deviation of a normal variable over its standard deviation.
@@ -39,8 +41,12 @@ fn in_series(series: &[f64]) -> Vec<usize> {
     let mut sizes: Vec<f64> = departures.iter().map(|departure| departure.abs()).collect();
     let scale = median(&mut sizes) / MAD;
     let is_off = |k: usize| departures.get(k).is_some_and(|departure| departure.abs() > OFF * scale);
-    // Lone ones: a run of samples that are off is a motion.
-    let is_lone = |k: usize| !(is_off(k.wrapping_sub(1)) || is_off(k + 1));
+    // Lone ones: a run of samples that are off is a motion. In strongly coloured noise neighbours depart so little that some of
+    // them are off by themselves; beside a motion they would be off by as much as it.
+    let goes_along = |neighbour: usize, k: usize| {
+        is_off(neighbour) && departures[neighbour].abs() > ALONG * departures[k].abs()
+    };
+    let is_lone = |k: usize| !(goes_along(k.wrapping_sub(1), k) || goes_along(k + 1, k));
     (0..series.len()).filter(|&k| scale > 0.0 && is_off(k) && is_lone(k)).collect()
 }
 
@@ -81,5 +87,16 @@ mod tests {
         assert!(in_series(&series).is_empty());
         series[200] += 20.0;
         assert_eq!(in_series(&series), vec![200]);
+    }
+
+    #[test]
+    fn a_spike_beside_a_sample_that_is_a_little_off_is_found_and_a_jolt_of_two_samples_is_not() {
+        let quiet: Vec<f64> = (0..500).map(|k| 0.1 * (7.7 * f64::from(k)).sin()).collect();
+        let mut series = quiet.clone();
+        (series[200], series[201]) = (20.0, 1.5);
+        assert!(in_series(&series).contains(&200));
+        let mut series = quiet;
+        (series[200], series[201]) = (20.0, 15.0);
+        assert!(in_series(&series).is_empty());
     }
 }

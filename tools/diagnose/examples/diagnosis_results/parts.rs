@@ -183,11 +183,8 @@ impl Log {
 /// Why: every candidate that was looked at closer.
 fn detail(found: &stillbeam_diagnose::Diagnosis) {
     eprintln!(
-        "{:?}\n  undetermined {:?}, set aside {}, caps {:?}",
-        found.residual_tests,
-        found.undetermined_parameters,
-        found.set_aside.len(),
-        found.caps
+        "{:?}\n  undetermined {:?}, set aside {:?}, caps {:?}",
+        found.residual_tests, found.undetermined_parameters, found.set_aside, found.caps
     );
     for pooled in &found.fit.pooled {
         let fits = &pooled.fits;

@@ -211,10 +211,10 @@ impl Study {
                 sum += dot(&part.residual, &part.residual);
                 count += part.residual.len();
             }
-            let least = self.rounding(output);
-            if count > 0 && sum.max(least) > 0.0 {
-                let rms = (sum / f64::from(u32::try_from(count).unwrap_or(u32::MAX))).sqrt();
-                self.weights[output] = 1.0 / rms.max(least);
+            let mean_square = sum / f64::from(u32::try_from(count.max(1)).unwrap_or(u32::MAX));
+            let rms = mean_square.sqrt().max(self.rounding(output));
+            if rms > 0.0 {
+                self.weights[output] = 1.0 / rms;
             }
         }
     }

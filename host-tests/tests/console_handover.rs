@@ -83,3 +83,30 @@ fn at_rest_there_is_no_lag() {
     bench.run_to_rest();
     assert_eq!(lag_ms(&bench.accept("shaper off")), None);
 }
+
+/// A table that fits at rest can be too much for the memory together with the lag that it would need during the move.
+#[test]
+fn a_table_that_only_its_lag_makes_too_long_is_refused_until_rest() {
+    let mut bench = Bench::new();
+    for line in ["set mode1.frequency_hz 0.6", "set mode1.type zvdd", "set move.velocity_mm_s 20", "apply"] {
+        bench.accept(line);
+    }
+    bench.run_to_rest();
+    bench.accept("move 50");
+    for _ in 0..6000 {
+        bench.tick();
+    }
+    let running = bench.accept("get");
+    // Two modes that together last as long as the one before: at rest they fit as well as that one.
+    for line in ["set mode1.frequency_hz 1.2", "set mode2.frequency_hz 1.2", "set mode2.type zvdd"] {
+        bench.accept(line);
+    }
+    let refused = bench.refuse("apply");
+    println!("{refused}");
+    assert!(refused.starts_with("err memory shaper: needs "), "{refused}");
+    assert!(refused.contains(" samples of history at 4000 Hz while the machine moves, "), "{refused}");
+    assert!(refused.ends_with(" at rest, there are 13824; wait for rest"), "{refused}");
+    assert_eq!(bench.accept("get"), running, "nothing has changed");
+    assert_eq!(bench.run_to_rest().last(), Some(&50_000_000));
+    bench.accept("apply");
+}

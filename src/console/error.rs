@@ -51,6 +51,8 @@ pub enum CommandError<'l> {
     Memory {
         /// Samples needed.
         needed: usize,
+        /// Samples needed at rest, where there is no lag.
+        at_rest: usize,
         /// Samples there are.
         available: usize,
         /// The rate at which that many are needed.
@@ -185,7 +187,13 @@ impl fmt::Display for CommandError<'_> {
                 write!(f, "range mode{}.damping_ratio: {error}", index + 1)
             }
             Self::Mode { index, error } => write!(f, "range mode{}.frequency_hz: {error}", index + 1),
-            Self::Memory { needed, available, tick_rate } => write!(
+            Self::Memory { needed, at_rest, available, tick_rate } if at_rest <= available => write!(
+                f,
+                "memory shaper: needs {needed} samples of history at {} Hz while the machine moves, {at_rest} at rest, \
+                 there are {available}; wait for rest",
+                Decimal(tick_rate.hz())
+            ),
+            Self::Memory { needed, available, tick_rate, .. } => write!(
                 f,
                 "memory shaper: needs {needed} samples of history at {} Hz, there are {available}; \
                  lower tick.rate_hz or use shorter shapers",

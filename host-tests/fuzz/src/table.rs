@@ -28,8 +28,11 @@ pub(crate) fn run(input: &[u8]) {
             bench.send(&format!("table frame {number} {} {hex} {:08x}", frame.len(), crc32(frame)));
         }
         let reply = bench.send("table commit");
-        let refused =
-            reply.last().is_some_and(|line| line.starts_with("err range") || line.starts_with("err memory"));
+        // What ran before may still settle; then the table can need a lag, for which there may be no room.
+        let refused = reply.last().is_some_and(|line| {
+            line.starts_with("err range")
+                || line.starts_with("err memory") && !line.ends_with("wait for rest")
+        });
         assert!(!(accepted && refused), "{reply:?}");
         bench.send("table show");
         bench.send("move 1");

@@ -73,8 +73,12 @@ impl Console<'_> {
         let transition = self.transition(&table);
         let available = self.history_samples;
         let needed = Cascade::words_with_lag(&table, transition.lag_ticks);
+        let memory = |needed| {
+            let at_rest = Cascade::words_with_lag(&table, 0);
+            CommandError::Memory { needed, at_rest, available, tick_rate }
+        };
         if needed > available {
-            return Err(CommandError::Memory { needed, available, tick_rate });
+            return Err(memory(needed));
         }
         self.reclaim();
         let history = self.spare_history.take();
@@ -85,7 +89,7 @@ impl Console<'_> {
             Ok(cascade) => cascade,
             Err(refused) => {
                 self.spare_history = Some(refused.history);
-                return Err(CommandError::Memory { needed: refused.needed, available, tick_rate });
+                return Err(memory(refused.needed));
             }
         };
         // The queue is empty and has room for both.

@@ -10,7 +10,7 @@ use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
 use stillbeam_firmware::restart::CrashRecord;
 use stillbeam_host_tests::emulator::rsp::RspClient;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, panic_site, thumb};
+use stillbeam_host_tests::emulator::{Emulator, EmulatorError, EmulatorOptions, panic_site, thumb};
 
 const STACK_POINTER: u8 = 13;
 const PC: u8 = 15;
@@ -173,10 +173,6 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
     let mut emulator = boot(&image);
     {
         let mut session = talk(&emulator);
-        assert_eq!(
-            (info(&mut session, "reset"), info(&mut session, "crash")),
-            ("power_on".into(), "none".into())
-        );
         session.command("move 20").expect("accepted");
     }
     // An undefined instruction in memory of the test's own choice: unused RAM below the record.
@@ -202,15 +198,51 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
     assert_eq!((status.line("fault"), status.line("drive")), (Some("none"), Some("enabled")));
     session.command("move 1").expect("accepted");
     assert_eq!(session.wait_for_rest(Duration::from_secs(60)).expect("rest"), 1_000_000, "the tick runs");
-    drop(session);
+}
 
-    emulator.reset(SOFTWARE_RESET, BOOT_LIMIT).expect("it starts again");
+#[test]
+fn a_reset_without_a_crash_leaves_a_machine_that_can_move() {
+    let Some(image) = image() else { return };
+    let mut emulator = boot(&image);
+    for _ in 0..2 {
+        // At once: a reset late in virtual time is refused, and on a busy machine time runs while the console talks.
+        emulator.reset(SOFTWARE_RESET, BOOT_LIMIT).expect("it starts again");
+    }
     let mut session = talk(&emulator);
     assert_eq!(
         (info(&mut session, "reset"), info(&mut session, "crash")),
         ("software".into(), "none".into())
     );
     assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+    session.command("move 1").expect("accepted");
+    assert_eq!(session.wait_for_rest(PATIENCE).expect("rest"), 1_000_000, "the tick runs");
+}
+
+#[test]
+fn a_board_that_has_just_been_switched_on_says_so() {
+    let Some(image) = image() else { return };
+    let emulator = boot(&image);
+    let mut session = talk(&emulator);
+    assert_eq!(
+        (info(&mut session, "reset"), info(&mut session, "crash")),
+        ("power_on".into(), "none".into())
+    );
+}
+
+/// Longer than the counter goes with which the emulator's timer is set right.
+#[test]
+fn a_reset_so_late_that_the_tick_would_stand_still_is_an_error() {
+    let Some(image) = image() else { return };
+    let mut emulator = boot(&image);
+    let mut session = talk(&emulator);
+    // A second of the board is 84 ms of virtual time, whatever the tick rate; the fewer ticks, the sooner it is over.
+    for line in ["set tick.rate_hz 500", "apply", "decay 10 60"] {
+        session.command_when_ready(line).expect(line);
+    }
+    session.wait_for_rest(PATIENCE).expect("rest");
+    drop(session);
+    let late = emulator.reset(SOFTWARE_RESET, BOOT_LIMIT);
+    assert!(matches!(late, Err(EmulatorError::LateReset)), "{late:?}");
 }
 
 #[test]

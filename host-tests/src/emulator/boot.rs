@@ -46,7 +46,7 @@ impl From<EmulatorError> for BootFailure {
 pub(super) struct Circumstances {
     /// The registers that the driver stands in for.
     pub cover: ClockCover,
-    /// The virtual time of the reset, in ns modulo 2³².
+    /// The virtual time of the reset, in ns.
     pub reset_at: u32,
 }
 

@@ -88,6 +88,12 @@ pub enum EmulatorError {
         /// The signal number the stub reports.
         signal: u8,
     },
+    /// The board has run for too long to be reset.
+    #[error(
+        "the board has run for more than 4.2 s of virtual time, and the emulator's timers cannot be aligned with a tick \
+         that starts so late; reset it earlier, or boot another emulator"
+    )]
+    LateReset,
     /// The start-up did not end in time.
     #[error(
         "{waiting_for} within {limit:?}; the image is at {location} after {served} covered accesses, \

@@ -81,6 +81,8 @@ pub struct Emulator {
     gdb: PathBuf,
     stack: StackRegion,
     symbols: ImageSymbols,
+    /// The virtual time of the last reset, in ns.
+    reset_at: u32,
     _directory: TempDir,
 }
 
@@ -112,13 +114,14 @@ impl Emulator {
         let mut client = RspClient::new(link);
         let report = stack
             .paint(&mut client)
+            .and_then(|()| tick_alignment::start_clock(&mut client))
             .map_err(BootFailure::Link)
             .and_then(|()| boot::boot(client, &symbols, Circumstances::default(), options.boot_limit))
             .map_err(|failure| match failure {
                 BootFailure::Emulator(error) => error,
                 BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
             })?;
-        Ok(Self { process, serial, report, version, gdb, stack, symbols, _directory: directory })
+        Ok(Self { process, serial, report, version, gdb, stack, symbols, reset_at: 0, _directory: directory })
     }
 
     /// The pseudo-terminal that is the board's serial port; open it like any serial port.
@@ -142,18 +145,21 @@ impl Emulator {
     ///
     /// # Errors
     ///
-    /// As [`Self::boot`].
+    /// As [`Self::boot`]; and [`EmulatorError::LateReset`] later than 4.2 s of virtual time, after which the tick would stand still.
     pub fn reset(&mut self, reset_flags: u32, limit: Duration) -> Result<BootReport, EmulatorError> {
         let mut client = self.debug()?;
-        let circumstances = request_reset(&mut client)
-            .map(|reset_at| Circumstances { cover: ClockCover::with_reset_flags(reset_flags), reset_at });
-        circumstances
-            .map_err(BootFailure::Link)
-            .and_then(|circumstances| boot::boot(client, &self.symbols, circumstances, limit))
-            .map_err(|failure| match failure {
-                BootFailure::Emulator(error) => error,
-                BootFailure::Link(source) => EmulatorError::Link { source, output: self.process.output() },
-            })
+        let reset_at = request_reset(&mut client)
+            .and_then(|since_reset_ns| tick_alignment::start_clock(&mut client).map(|()| since_reset_ns))
+            .map_err(|source| EmulatorError::Link { source, output: self.process.output() })?
+            .and_then(|since_reset_ns| self.reset_at.checked_add(since_reset_ns))
+            .filter(|reset_at| *reset_at <= tick_alignment::LATEST_RESET_NS);
+        self.reset_at = reset_at.ok_or(EmulatorError::LateReset)?;
+        let circumstances =
+            Circumstances { cover: ClockCover::with_reset_flags(reset_flags), reset_at: self.reset_at };
+        boot::boot(client, &self.symbols, circumstances, limit).map_err(|failure| match failure {
+            BootFailure::Emulator(error) => error,
+            BootFailure::Link(source) => EmulatorError::Link { source, output: self.process.output() },
+        })
     }
 
     /// Where the image's stack is. It was painted before the image started.
@@ -192,14 +198,14 @@ impl Emulator {
     }
 }
 
-/// Resets a stopped CPU and returns the virtual time at which that was.
-fn request_reset<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
+/// Resets a stopped CPU and returns how long it has run, as [`tick_alignment::since_reset_ns`] knows it.
+fn request_reset<S: Read + Write>(client: &mut RspClient<S>) -> Result<Option<u32>, RspError> {
     /// Application interrupt and reset control, its key and "system reset request".
     const AIRCR: u32 = 0xe000_ed0c;
     const SYSTEM_RESET: u32 = 0x05fa_0004;
     const STACK_POINTER: u8 = 13;
     const MARK: u32 = 0x1357_9bd8;
-    let reset_at = tick_alignment::virtual_time(client)?;
+    let since_reset_ns = tick_alignment::since_reset_ns(client)?;
     // The reset comes some time after the request; it is over when it has set the stack pointer anew.
     client.set_register(STACK_POINTER, MARK)?;
     client.write_word(AIRCR, SYSTEM_RESET)?;
@@ -210,7 +216,7 @@ fn request_reset<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspE
         }
         std::thread::sleep(Duration::from_millis(1));
     }
-    Ok(reset_at)
+    Ok(since_reset_ns)
 }
 
 fn connect(gdb: &Path) -> std::io::Result<UnixStream> {

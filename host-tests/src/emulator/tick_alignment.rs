@@ -10,6 +10,9 @@
 //!
 //! The period depends on ARR alone from then on, so changes of rate need no further help as long as
 //! the image makes them by writing ARR (it does).
+//!
+//! A counter has 32 bits, so the correction works up to 4.29 s of virtual time; a board that is reset later would tick
+//! every 4.29 s. TIM4, which the image leaves alone too, counts in steps of 65.5 us and tells how late it is.
 
 use std::io::{Read, Write};
 
@@ -19,15 +22,29 @@ use super::rsp::{RspClient, RspError};
 const TIM2_EGR: u32 = 0x4000_0014;
 const TIM2_CNT: u32 = 0x4000_0024;
 const TIM5_CNT: u32 = 0x4000_0c24;
+const TIM4_CNT: u32 = 0x4000_0824;
+const TIM4_PSC: u32 = 0x4000_0828;
+/// The slowest that TIM4 counts: in steps of 2¹⁶ ns.
+const SLOWEST: u32 = 0xffff;
 /// Update generation: the write with which firmware starts a period.
 const UG: u32 = 1;
+
+/// The virtual time of the last reset that the correction can bridge, with room for a start-up.
+pub(super) const LATEST_RESET_NS: u32 = 4_200_000_000;
 
 /// The register to watch.
 pub(super) const REGION: Region = Region { base: TIM2_EGR, length: 4 };
 
-/// The virtual time in ns, modulo 2³², as long as TIM5 has counted since the emulator started and not since a later reset.
-pub(super) fn virtual_time<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
-    client.read_word(TIM5_CNT)
+/// Has TIM4 count the virtual time from here on, slowly enough for four days; for a CPU that is stopped at a reset.
+pub(super) fn start_clock<S: Read + Write>(client: &mut RspClient<S>) -> Result<(), RspError> {
+    client.write_word(TIM4_PSC, SLOWEST)
+}
+
+/// The virtual time since the last reset; `None` where it is more than the correction can bridge.
+pub(super) fn since_reset_ns<S: Read + Write>(client: &mut RspClient<S>) -> Result<Option<u32>, RspError> {
+    let steps = client.read_word(TIM4_CNT)?;
+    let exact = client.read_word(TIM5_CNT)?;
+    Ok((steps < SLOWEST).then_some(exact))
 }
 
 /// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at` is the virtual

@@ -5,14 +5,16 @@ use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_host_tests::played_plans::{overlaid, upload_lines};
 
-/// Damped like the paper's beam; the second mode is that beam's second.
-const MODES: [(f64, f64); 2] = [(5.0, 0.01), (31.0, 0.01)];
+/// Damped like the paper's beam; the second mode is that beam's second. As many as there can be.
+const MODES: [(f64, f64); 4] = [(5.0, 0.01), (31.0, 0.01), (60.0, 0.01), (90.0, 0.01)];
 
 /// An uploaded flat table of sixteen taps, two on neighbouring ticks each time, as optimisers place them.
 const FLAT_PAIRS: &str = "flat, in pairs";
 /// The same with no two taps next to each other.
 const FLAT_SINGLE: &str = "flat, one by one";
-const FLAT_TAPS: u32 = 16;
+/// As many of those as there can be: the most that a table costs.
+const FLAT_MOST: &str = "flat, 64 one by one";
+const FLAT_SPACING_TICKS: u32 = 100;
 
 /// One state of the machine in which ticks are counted.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,6 +52,12 @@ pub enum Motion {
     Play,
     /// A trapezoidal move during which one table goes over into another of the same kind.
     Handover,
+    /// A move that is also put out as steps, with an encoder.
+    Wired,
+    /// A sweep of constant acceleration, put out as steps, with an encoder.
+    WiredSweep,
+    /// A move, put out as steps, with an encoder, during which the table goes over into one that costs as much or more.
+    WiredHandover,
 }
 
 impl Motion {
@@ -74,6 +82,9 @@ impl Motion {
             Self::Pulse => "pulsing",
             Self::Play => "playing",
             Self::Handover => "moving, tables changing",
+            Self::Wired => "moving, steps and encoder",
+            Self::WiredSweep => "sweeping, constant acceleration, steps and encoder",
+            Self::WiredHandover => "moving, tables changing, steps and encoder",
         }
     }
 
@@ -94,22 +105,47 @@ impl Motion {
 
     /// The acceleration that moves have to have, in mm/s² with 1 mm/s.
     pub fn acceleration_mm_s2(self) -> f64 {
-        if self == Self::Handover { 1.0 / Self::HANDOVER_S } else { 5000.0 }
+        if self.changes_tables() { 1.0 / Self::HANDOVER_S } else { 5000.0 }
     }
 
-    /// The commands that start it, within 1 mm/s; a move goes to the target.
-    pub fn commands(self, target_mm: f64) -> Vec<String> {
+    /// Whether two tables are at work.
+    pub fn changes_tables(self) -> bool {
+        matches!(self, Self::Handover | Self::WiredHandover)
+    }
+
+    /// The settings of steps and encoder: a step in every tick at 1 mm/s.
+    fn wiring(self) -> [&'static str; 3] {
+        match self {
+            Self::Wired | Self::WiredSweep | Self::WiredHandover => {
+                ["set pulses.kind step", "set pulses.steps_per_mm 4000", "set encoder.counts_per_mm 1000"]
+            }
+            _ => ["set pulses.kind off", "set pulses.steps_per_mm 100", "set encoder.counts_per_mm 0"],
+        }
+    }
+
+    /// The commands that start it, within 1 mm/s; a move goes to the target. `shaper` is what runs.
+    pub fn commands(self, target_mm: f64, shaper: &str) -> Vec<String> {
         let move_there = format!("move {target_mm}");
         match self {
             Self::Rest => vec![],
-            Self::Move | Self::SCurve | Self::MinimumJerk => vec![move_there],
+            Self::Move | Self::SCurve | Self::MinimumJerk | Self::Wired => vec![move_there],
             Self::Sweep => vec!["sweep linear 1 2 200 0.05".to_owned()],
-            Self::AccelerationSweep => vec!["sweep linear 1 2 200 2mm/s2".to_owned()],
+            Self::AccelerationSweep | Self::WiredSweep => vec!["sweep linear 1 2 200 2mm/s2".to_owned()],
             Self::Multisine => vec!["multisine 1 8 2 50 0.005".to_owned()],
             Self::Pulse => vec!["pulse 10".to_owned()],
             Self::Play => vec!["play".to_owned()],
             Self::Handover => {
                 vec![move_there, format!("set mode1.frequency_hz {}", 1.02 * MODES[0].0), "apply".to_owned()]
+            }
+            Self::WiredHandover => {
+                let mut lines = vec![move_there];
+                if shaper == FLAT_MOST {
+                    lines.extend(flat(64, 1, FLAT_SPACING_TICKS - 1));
+                } else {
+                    lines.extend(designed(MODES.len(), "zvddd", 1.02));
+                    lines.push("apply".to_owned());
+                }
+                lines
             }
         }
     }
@@ -120,7 +156,8 @@ impl Case {
     pub fn all() -> Vec<Self> {
         let tables = [(0, "off"), (1, "zv"), (2, "zv"), (1, "zvd"), (2, "zvd"), (1, "zvdd"), (2, "zvdd")];
         let mut cases = Vec::new();
-        let tables = tables.into_iter().chain([(1, FLAT_PAIRS), (1, FLAT_SINGLE)]);
+        let tables =
+            tables.into_iter().chain([(1, FLAT_PAIRS), (1, FLAT_SINGLE), (4, "zvddd"), (1, FLAT_MOST)]);
         for (modes, shaper) in tables {
             for streams in [false, true] {
                 for motion in Motion::COMMON {
@@ -134,32 +171,42 @@ impl Case {
         for (modes, shaper) in [(1, "zv"), (2, "zvd"), (2, "zvdd")] {
             cases.push(Self { modes, shaper, streams: false, motion: Motion::Handover });
         }
+        for (modes, shaper) in [(2, "zvdd"), (4, "zvddd"), (1, FLAT_MOST)] {
+            for motion in [Motion::Wired, Motion::WiredSweep, Motion::WiredHandover] {
+                cases.extend([false, true].map(|streams| Self { modes, shaper, streams, motion }));
+            }
+        }
         cases
     }
 
-    /// The longest table while moving: what a regression would show in first.
+    /// What there are goals for, and the most of all: what a regression would show in.
     pub fn gate() -> Vec<Self> {
-        vec![Self { modes: 2, shaper: "zvdd", streams: false, motion: Motion::Move }]
+        let quiet = |modes, shaper, motion| Self { modes, shaper, streams: false, motion };
+        vec![
+            quiet(0, "off", Motion::Rest),
+            quiet(0, "off", Motion::Move),
+            quiet(2, "zvdd", Motion::Move),
+            quiet(2, "zvdd", Motion::Sweep),
+            Self { modes: 1, shaper: FLAT_MOST, streams: true, motion: Motion::WiredHandover },
+        ]
     }
 
     /// The commands that set the table up.
     pub fn table(&self) -> Vec<String> {
-        match self.shaper {
-            FLAT_PAIRS => return flat(2),
-            FLAT_SINGLE => return flat(1),
-            _ => {}
-        }
-        let mut lines = vec!["set shaper.source designed".to_owned()];
-        for (index, (frequency_hz, damping_ratio)) in MODES.into_iter().enumerate() {
-            let number = index + 1;
-            let shaper = if index < self.modes { self.shaper } else { "off" };
-            lines.push(format!("set mode{number}.frequency_hz {frequency_hz}"));
-            lines.push(format!("set mode{number}.damping_ratio {damping_ratio}"));
-            lines.push(format!("set mode{number}.type {shaper}"));
-        }
+        let mut lines: Vec<String> = self.motion.wiring().map(str::to_owned).into();
         lines.push(format!("set move.profile {}", self.motion.profile()));
         lines.push(format!("set move.acceleration_mm_s2 {}", self.motion.acceleration_mm_s2()));
+        let uploaded = match self.shaper {
+            FLAT_PAIRS => Some(flat(16, 2, FLAT_SPACING_TICKS)),
+            FLAT_SINGLE => Some(flat(16, 1, FLAT_SPACING_TICKS)),
+            FLAT_MOST => Some(flat(64, 1, FLAT_SPACING_TICKS)),
+            _ => None,
+        };
+        if uploaded.is_none() {
+            lines.extend(designed(self.modes, self.shaper, 1.0));
+        }
         lines.push("apply".to_owned());
+        lines.extend(uploaded.into_iter().flatten());
         if self.motion == Motion::Play {
             // 8 mm in 32 s, at most 0.5 mm/s.
             lines.extend(upload_lines(&overlaid(32_000, &[(0, 8_000_000)]), 4000.0));
@@ -168,12 +215,25 @@ impl Case {
     }
 }
 
-/// The commands that upload a flat table with taps in runs of `run`.
-fn flat(run: u32) -> Vec<String> {
-    let mut bytes = FLAT_TAPS.to_le_bytes().to_vec();
-    for tap in 0..FLAT_TAPS {
-        let delay = tap / run * 100 + tap % run;
-        bytes.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / 16).to_le_bytes()));
+/// The settings of the first `modes` modes, the first one's frequency changed by a factor.
+fn designed(modes: usize, shaper: &str, factor: f64) -> Vec<String> {
+    let mut lines = vec!["set shaper.source designed".to_owned()];
+    for (index, (frequency_hz, damping_ratio)) in MODES.into_iter().enumerate() {
+        let number = index + 1;
+        let frequency_hz = if index == 0 { factor * frequency_hz } else { frequency_hz };
+        lines.push(format!("set mode{number}.frequency_hz {frequency_hz}"));
+        lines.push(format!("set mode{number}.damping_ratio {damping_ratio}"));
+        lines.push(format!("set mode{number}.type {}", if index < modes { shaper } else { "off" }));
+    }
+    lines
+}
+
+/// The commands that upload a flat table of so many equal taps, in runs of `run` that begin so many ticks apart.
+fn flat(taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
+    let mut bytes = taps.to_le_bytes().to_vec();
+    for tap in 0..taps {
+        let delay = tap / run * spacing_ticks + tap % run;
+        bytes.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / taps as i32).to_le_bytes()));
     }
     let mut lines = vec![format!("table begin {} {:08x} 4000", bytes.len(), crc32(&bytes))];
     for (number, frame) in bytes.chunks(MAX_FRAME_BYTES).enumerate() {

@@ -10,7 +10,7 @@ use stillbeam_host_tests::emulator::interrupt_cost::Handler;
 use stillbeam_host_tests::emulator::masked_sections::{MaskedSections, MaskingSites};
 use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, function_address};
 
-use crate::cases::{Case, Motion};
+use crate::cases::Case;
 
 /// Ticks per case.
 const TICKS: usize = 12;
@@ -54,7 +54,7 @@ impl Bench {
         let samples =
             samples.as_deref().and_then(|text| text.split(' ').next()).ok_or("no history_samples")?;
         let samples: u32 = samples.parse()?;
-        for command in case.motion.commands(self.target_mm) {
+        for command in case.motion.commands(self.target_mm, case.shaper) {
             self.session.command_when_ready(&command)?;
         }
         self.target_mm = -self.target_mm;
@@ -69,7 +69,7 @@ impl Bench {
         if state.as_deref() != Some(case.motion.state()) {
             return Err(format!("{case:?}: the board is {state:?}").into());
         }
-        if case.motion == Motion::Handover {
+        if case.motion.changes_tables() {
             self.require_handover()?;
         }
         self.session.command("stop")?;

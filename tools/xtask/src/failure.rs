@@ -44,11 +44,21 @@ pub enum Failure {
         /// What is wrong.
         reason: String,
     },
-    /// The tick interrupt can do what it must not.
-    #[error("the tick interrupt breaks its rules\n{report}")]
+    /// An interrupt of the highest priority can do what it must not.
+    #[error("an interrupt of the highest priority breaks its rules\n{report}")]
     Interrupt {
         /// What was found, and where.
         report: String,
+    },
+    /// A goal that was reached is no longer.
+    #[error("{what}: {now}, the goal is {goal}")]
+    Goal {
+        /// What was measured.
+        what: &'static str,
+        /// The most that it may be.
+        goal: u32,
+        /// As measured.
+        now: u32,
     },
     /// The image takes clearly more than it did when its numbers were recorded.
     #[error(
@@ -56,7 +66,7 @@ pub enum Failure {
     )]
     Regression {
         /// What was measured.
-        what: &'static str,
+        what: String,
         /// As recorded.
         recorded: u64,
         /// As measured.

@@ -23,7 +23,7 @@ const USAGE: &str = "usage: cargo xtask CHORE
   test                 everything: set-up, format, lints, firmware image, host and emulator tests
   firmware             build the release image and print its path
   size [--symbols N]   build the image and print how much flash and RAM it takes
-  check-interrupt      build the image and prove that its tick never panics, locks or emulates floats
+  check-interrupt      build the image and prove that the tick and the emergency input never panic, lock or emulate floats
   bench-firmware       count the tick's instructions in the emulator and record them in docs/results
   fuzz [--runs N]      let libFuzzer look for inputs that the console, files and frames do not survive
   prove [OPTION ...]   diagnose sealed cases of concealed physics and score the answers; --cases N, --seed S,

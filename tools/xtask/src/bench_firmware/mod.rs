@@ -10,7 +10,7 @@ use crate::cargo::{cargo, root};
 use crate::failure::Failure;
 use crate::run::{required_output, say};
 use crate::{firmware, setup, size};
-use numbers::{Numbers, SizeNumbers, TickNumbers};
+use numbers::{CASCADE_GOAL, INTERRUPT_GOAL, Numbers, SizeNumbers};
 
 /// What instructions and size may grow by unnoticed, in per cent.
 const LIMIT_PCT: u64 = 5;
@@ -31,33 +31,55 @@ pub fn record() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares the tick that costs most, and the size, with what was recorded. The text says how they compare.
+/// Compares ticks, sizes and the stack with what was recorded, and with their goals. The text says how they compare.
 pub fn gate(image: &Path) -> Result<String, Failure> {
     let path = baseline();
     let text = std::fs::read_to_string(&path)
         .map_err(|error| Failure::File { path: path.clone(), reason: error.to_string() })?;
     let recorded = Numbers::parse(&text, &path)?;
-    let measured = Numbers::parse(&measure(image, true)?, image)?;
-    let missing = |what: &str| Failure::File { path: path.clone(), reason: format!("no {what} in it") };
-    let now = measured.tick.first().ok_or_else(|| missing("measured tick"))?;
-    let then =
-        recorded.tick.iter().find(|tick| tick.is_same_case(now)).ok_or_else(|| missing("such tick"))?;
-    let size_then = recorded.size.ok_or_else(|| missing("size"))?;
-    let size_now = size::totals(image)?;
-    compare("the tick's instructions", then.median.into(), now.median.into())?;
-    compare("the image's text (bytes)", size_then.text, size_now.text)?;
-    let TickNumbers { modes, shaper, .. } = now;
-    Ok(format!(
-        "tick with {modes} modes of {shaper}: {} instructions ({} recorded); text {} bytes ({} recorded)",
-        now.median, then.median, size_now.text, size_then.text
-    ))
+    let mut measured = Numbers::parse(&measure(image, true)?, image)?;
+    let totals = size::totals(image)?;
+    measured.size = Some(SizeNumbers { text: totals.text, data: totals.data, bss: totals.bss });
+    judge(&recorded, &measured)
 }
 
-fn compare(what: &'static str, recorded: u64, now: u64) -> Result<(), Failure> {
+/// `measured` has some of the ticks of `recorded`, and all else but the sections with interrupts masked.
+fn judge(recorded: &Numbers, measured: &Numbers) -> Result<String, Failure> {
+    let missing =
+        |what: String| Failure::File { path: baseline(), reason: format!("no {what} in it or measured") };
+    let mut lines = Vec::new();
+    let mut compare = |what: String, recorded: u64, now: u64| {
+        lines.push(format!("{what}: {now} ({recorded} recorded)"));
+        compare(what, recorded, now)
+    };
+    for now in &measured.tick {
+        let what = now.describe();
+        let then = recorded.tick.iter().find(|tick| tick.is_same_case(now));
+        let then = then.ok_or_else(|| missing(what.clone()))?;
+        compare(format!("instructions of a tick, {what}"), then.median.into(), now.median.into())?;
+    }
+    let goals = measured.goals().ok_or_else(|| missing("tick with a goal".to_owned()))?;
+    within("instructions of the cascade of 2 modes of zvdd", CASCADE_GOAL, goals.cascade)?;
+    within("instructions of a tick that moves through 2 modes of zvdd", INTERRUPT_GOAL, goals.interrupt)?;
+    let sizes = recorded.size.zip(measured.size).ok_or_else(|| missing("size".to_owned()))?;
+    let (then, now) = sizes;
+    compare("text and constants in bytes".to_owned(), then.text, now.text)?;
+    compare("RAM in bytes".to_owned(), then.data + then.bss, now.data + now.bss)?;
+    let stacks = recorded.stack.zip(measured.stack).ok_or_else(|| missing("stack".to_owned()))?;
+    let (then, now) = stacks;
+    compare("deepest stack in bytes".to_owned(), then.bytes.into(), now.bytes.into())?;
+    Ok(lines.join("\n"))
+}
+
+fn compare(what: String, recorded: u64, now: u64) -> Result<(), Failure> {
     if now * 100 > recorded * (100 + LIMIT_PCT) {
         return Err(Failure::Regression { what, recorded, now, limit_pct: LIMIT_PCT });
     }
     Ok(())
+}
+
+fn within(what: &'static str, goal: u32, now: u32) -> Result<(), Failure> {
+    if now > goal { Err(Failure::Goal { what, goal, now }) } else { Ok(()) }
 }
 
 fn baseline() -> PathBuf {
@@ -86,10 +108,43 @@ mod tests {
     #[test]
     fn more_than_five_per_cent_up_fails_and_anything_down_passes() {
         for (recorded, now, well) in [(400, 400, true), (400, 420, true), (400, 421, false), (400, 1, true)] {
-            assert_eq!(compare("it", recorded, now).is_ok(), well, "{recorded} {now}");
+            assert_eq!(compare("it".to_owned(), recorded, now).is_ok(), well, "{recorded} {now}");
         }
-        let failure = compare("the tick's instructions", 400, 500).expect_err("25 % up").to_string();
+        let failure = compare("it".to_owned(), 400, 500).expect_err("25 % up").to_string();
         assert!(failure.contains("from 400 to 500") && failure.contains("bench-firmware"), "{failure}");
+    }
+
+    /// What was recorded, changed in one place.
+    fn changed(change: impl FnOnce(&mut Numbers)) -> Result<String, Failure> {
+        let text = std::fs::read_to_string(baseline()).expect("docs/results/firmware.toml");
+        let recorded = Numbers::parse(&text, &baseline()).expect("it is read");
+        let mut measured = recorded.clone();
+        change(&mut measured);
+        judge(&recorded, &measured)
+    }
+
+    #[test]
+    fn the_gate_watches_every_tick_that_was_counted_text_ram_stack_and_the_goals() {
+        let said = changed(|_| ()).expect("as recorded");
+        assert!(said.contains("RAM in bytes") && said.contains("deepest stack in bytes"), "{said}");
+        let failures = [
+            changed(|now| now.tick.last_mut().expect("a tick").median *= 2),
+            changed(|now| now.size.as_mut().expect("sizes").text += 10_000),
+            changed(|now| now.size.as_mut().expect("sizes").bss += 10_000),
+            changed(|now| now.stack.as_mut().expect("a stack").bytes += 2_000),
+            changed(|now| now.stack = None),
+            changed(|now| now.tick.clear()),
+        ];
+        for (index, outcome) in failures.into_iter().enumerate() {
+            assert!(outcome.is_err(), "{index}: {outcome:?}");
+        }
+        // Within five per cent of what was recorded, but over the goal.
+        let slower = changed(|now| {
+            for tick in now.tick.iter_mut().filter(|tick| (tick.modes, tick.streams) == (2, false)) {
+                tick.median = tick.median.max(501).min(tick.median + 10);
+            }
+        });
+        assert!(matches!(slower, Err(Failure::Goal { .. })), "{slower:?}");
     }
 
     #[test]

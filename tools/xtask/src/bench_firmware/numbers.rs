@@ -6,6 +6,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 
+/// Instructions that the cascade of two modes of ZVDD may take.
+pub const CASCADE_GOAL: u32 = 150;
+/// Instructions that the whole interrupt of a move through it may take.
+pub const INTERRUPT_GOAL: u32 = 500;
+
+/// What there are goals for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Goals {
+    /// Instructions that two modes of ZVDD add to a tick of a move, by the medians.
+    pub cascade: u32,
+    /// Instructions of that whole tick, by its median.
+    pub interrupt: u32,
+}
+
 /// All numbers of an image.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Numbers {
@@ -93,7 +107,22 @@ impl Numbers {
     }
 }
 
+impl Numbers {
+    /// What there are goals for, where both ticks were counted.
+    pub fn goals(&self) -> Option<Goals> {
+        let plain = self.find(0, "off", "moving", false)?.median;
+        let interrupt = self.find(2, "zvdd", "moving", false)?.median;
+        Some(Goals { cascade: interrupt.saturating_sub(plain), interrupt })
+    }
+}
+
 impl TickNumbers {
+    /// The state of the machine in words.
+    pub fn describe(&self) -> String {
+        let Self { modes, shaper, motion, streams, .. } = self;
+        format!("{modes} modes of {shaper}, {motion}{}", if *streams { ", a sample every tick" } else { "" })
+    }
+
     /// Whether both were counted in the same state.
     pub fn is_same_case(&self, other: &Self) -> bool {
         (self.modes, self.streams) == (other.modes, other.streams)

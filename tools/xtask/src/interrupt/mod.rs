@@ -1,9 +1,9 @@
-//! `cargo xtask check-interrupt`: what the tick can run, proved on the linked image.
+//! `cargo xtask check-interrupt`: what the interrupts of the highest priority can run, proved on the linked image.
 //!
-//! All paths from the tick interrupt's handler are followed, through branches, branch tables and calls. They must
+//! All paths from the handlers of the tick and of the emergency input are followed, through branches, branch tables and calls. They must
 //! meet no panic, no trap, no floating-point emulation, no division of floats, no library division and no lock, and
 //! every jump must be resolved. What is not proved: how often loops run, and that the decoder is right; its tests
-//! are in `thumb_tests.rs`. The stack that the tick can take is bounded on the same paths.
+//! are in `thumb_tests.rs`. The stack that they can take is bounded on the same paths.
 
 mod code;
 mod masked;
@@ -19,8 +19,8 @@ use crate::{firmware, setup};
 use code::Code;
 use verdict::Verdict;
 
-/// The vector table's name for the tick.
-const HANDLER: &str = "TIM2";
+/// The vector table's names for the interrupts of priority 0, and what they are.
+const HANDLERS: [(&str, &str); 2] = [("TIM2", "tick interrupt"), ("EXTI1", "emergency interrupt")];
 
 /// Builds the image, checks it and prints what was found.
 pub fn check_interrupt() -> Result<(), Failure> {
@@ -32,14 +32,19 @@ pub fn check_interrupt() -> Result<(), Failure> {
 /// Checks an image. The text says what the tick can reach.
 pub fn check(image: &Path) -> Result<String, Failure> {
     let code = Code::read(image)?;
-    let entry = code.named(HANDLER).ok_or_else(|| Failure::File {
-        path: image.to_owned(),
-        reason: format!("no function {HANDLER}; the check needs the release image with its symbols"),
-    })?;
-    let verdict = Verdict::of(&code, entry, &reach::follow(&code, entry));
-    let masked = masked::describe(&masked::sections(&code));
-    let text = verdict.describe(&divisions(image, &verdict)) + &masked;
-    if verdict.violations.is_empty() { Ok(text) } else { Err(Failure::Interrupt { report: text }) }
+    let mut text = String::new();
+    let mut well = true;
+    for (handler, title) in HANDLERS {
+        let entry = code.named(handler).ok_or_else(|| Failure::File {
+            path: image.to_owned(),
+            reason: format!("no function {handler}; the check needs the release image with its symbols"),
+        })?;
+        let verdict = Verdict::of(&code, entry, &reach::follow(&code, entry));
+        text += &verdict.describe(title, &divisions(image, &verdict));
+        well &= verdict.violations.is_empty();
+    }
+    text += &masked::describe(&masked::sections(&code));
+    if well { Ok(text) } else { Err(Failure::Interrupt { report: text }) }
 }
 
 /// Where the source divides, with the functions that were inlined, innermost first.

@@ -142,10 +142,10 @@ impl Verdict {
         self.instructions
     }
 
-    /// For people; `divisions` says where the integer divisions are.
-    pub fn describe(&self, divisions: &[String]) -> String {
+    /// For people, with what the interrupt is as title; `divisions` says where the integer divisions are.
+    pub fn describe(&self, title: &str, divisions: &[String]) -> String {
         let mut text = format!(
-            "tick interrupt: {} instructions in {} functions can run, {} hardware divisions of integers\n",
+            "{title}: {} instructions in {} functions can run, {} hardware divisions of integers\n",
             self.instructions(),
             self.functions.len(),
             self.integer_divisions.len()

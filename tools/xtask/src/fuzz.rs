@@ -1,4 +1,4 @@
-//! `cargo xtask fuzz [--runs N]`: libFuzzer on everything that reads bytes from outside.
+//! `cargo xtask fuzz [--runs N] [--only TARGET,...]`: libFuzzer on everything that reads bytes from outside.
 //!
 //! Coverage is recorded by LLVM's own pass, which the stable compiler can switch on; no sanitizer is needed, for there is no
 //! `unsafe` in what is fuzzed, and overflow checks are on. libFuzzer itself is C++.
@@ -37,21 +37,34 @@ const TARGETS: [(&str, usize, usize); 12] = [
     ("model", 4, 1024),
 ];
 
-/// Runs all targets, `runs` executions in all.
-pub fn fuzz(runs: usize) -> Result<(), Failure> {
+/// Runs the targets named, separated by commas, or all of them; `runs` executions in all, shared as [`TARGETS`] says.
+pub fn fuzz(runs: usize, only: Option<&str>) -> Result<(), Failure> {
+    let targets = chosen(only)?;
     let program = build()?;
-    for (target, per_cent, longest) in TARGETS {
-        let share = (runs * per_cent).div_ceil(100);
+    let whole: usize = targets.iter().map(|(_, share, _)| share).sum();
+    for (target, share, longest) in &targets {
+        let share = (runs * share).div_ceil(whole);
         say(format!("fuzzing {target}, {share} executions ..."));
-        run(&mut command(&program, target, share, longest)?)?;
+        run(&mut command(&program, target, share, *longest)?)?;
     }
-    println!("{runs} executions of {} targets, no crash", TARGETS.len());
+    println!("{runs} executions of {} targets, no crash", targets.len());
     Ok(())
+}
+
+fn chosen(only: Option<&str>) -> Result<Vec<(&'static str, usize, usize)>, Failure> {
+    let Some(names) = only else { return Ok(TARGETS.to_vec()) };
+    let find = |name: &str| {
+        TARGETS.into_iter().find(|(target, ..)| *target == name).ok_or_else(|| {
+            let known: Vec<_> = TARGETS.iter().map(|(target, ..)| *target).collect();
+            Failure::Usage(format!("{name}: no such target; there are {}", known.join(", ")))
+        })
+    };
+    names.split(',').map(find).collect()
 }
 
 /// The few seconds of the test command.
 pub fn short() -> Result<(), Failure> {
-    fuzz(SHORT_RUNS)
+    fuzz(SHORT_RUNS, None)
 }
 
 /// Whether libFuzzer can be compiled here.
@@ -124,4 +137,20 @@ fn command(program: &PathBuf, target: &str, runs: usize, longest: usize) -> Resu
         .arg(format!("-artifact_prefix={}/crash-", found.with_extension("").display()))
         .args([&found, &kept]);
     Ok(command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_targets_have_a_hundred_per_cent_and_each_can_be_named() {
+        assert_eq!(TARGETS.iter().map(|(_, share, _)| share).sum::<usize>(), 100);
+        for target in TARGETS {
+            assert_eq!(chosen(Some(target.0)).expect("there is"), [target]);
+        }
+        assert_eq!(chosen(Some("frames,console")).expect("there are").len(), 2);
+        let failure = chosen(Some("consoles")).expect_err("no such").to_string();
+        assert!(failure.contains("consoles") && failure.contains("settings"), "{failure}");
+    }
 }

@@ -25,7 +25,8 @@ const USAGE: &str = "usage: cargo xtask CHORE
   size [--symbols N]   build the image and print how much flash and RAM it takes
   check-interrupt      build the image and prove that the tick and the emergency input never panic, lock or emulate floats
   bench-firmware       count the tick's instructions in the emulator and record them in docs/results
-  fuzz [--runs N]      let libFuzzer look for inputs that the console, files and frames do not survive
+  fuzz [--runs N [--only TARGET,...]]
+                       let libFuzzer look for inputs that the console, files and frames do not survive
   prove [OPTION ...]   diagnose sealed cases of concealed physics and score the answers; --cases N, --seed S,
                        --resume, --page FILE.md and more (prove --help)
   emulate [--shift N]  run the image on an emulated board and print its serial port
@@ -62,8 +63,9 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["size", "--symbols", count] => size::size(number(count)?)?,
         ["bench-firmware"] => bench_firmware::record()?,
         ["check-interrupt"] => interrupt::check_interrupt()?,
-        ["fuzz"] => fuzz::fuzz(fuzz::DEFAULT_RUNS)?,
-        ["fuzz", "--runs", runs] => fuzz::fuzz(number(runs)?)?,
+        ["fuzz"] => fuzz::fuzz(fuzz::DEFAULT_RUNS, None)?,
+        ["fuzz", "--runs", runs] => fuzz::fuzz(number(runs)?, None)?,
+        ["fuzz", "--runs", runs, "--only", targets] => fuzz::fuzz(number(runs)?, Some(targets))?,
         ["prove", options @ ..] => prove::prove(options)?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,

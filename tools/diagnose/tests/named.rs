@@ -43,6 +43,15 @@ fn single_laws_are_named_with_their_size() {
         (Bench::MovedBase, Physics::new("cubic_stiffness", "beam").with("stiffness", 40.0), "stiffness"),
         (Bench::MovedBase, Physics::new("quadratic_drag", "beam").with("drag", 0.02), "drag"),
         (Bench::ForcedBase, Physics::new("coulomb_friction", "base").with("force", 0.6), "force"),
+        // A steady tone that shakes the beam of a base that is moved: no force acts on such a base.
+        (
+            Bench::MovedBase,
+            Physics::new("periodic_disturbance", "environment")
+                .with("force", 0.01)
+                .with("frequency", 3.1)
+                .with("phase", 0.7),
+            "force",
+        ),
     ] {
         let found = run(bench, std::slice::from_ref(&law), &Options::default(), 1);
         let truth = format!("{} at {}", law.id, law.location);

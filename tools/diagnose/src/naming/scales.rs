@@ -102,7 +102,11 @@ impl Scales {
             return Some(*scale);
         }
         match place_of(&hypothesis.model, location)? {
-            Place::Drive | Place::Sensor | Place::Environment => self.points.values().find(moves).copied(),
+            // What sits outside acts where a force can: not on a base that is moved.
+            Place::Drive | Place::Sensor | Place::Environment => {
+                let yields = |scale: &&Scale| moves(scale) && scale.force > 0.0;
+                self.points.values().find(yields).or_else(|| self.points.values().find(moves)).copied()
+            }
             Place::Base | Place::Beam | Place::Part => None,
         }
     }

@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use stillbeam_identify::tall::{add_scaled, dot};
 
 use crate::fit::{Fitted, gram};
+use crate::parameters::free_parameters;
 use crate::stacking::{Segment, Stack};
 use crate::statistics::autoregression::Autoregression;
 use crate::statistics::distributions::chi_squared_tail;
@@ -89,9 +90,32 @@ pub(crate) struct Consistency {
     pub(crate) p: f64,
     /// Largest departure of a half that tells a tenth of what is known, as a share of the value.
     pub(crate) spread: f64,
+    /// Squared disagreement over what chance makes of it.
+    pub(crate) excess: f64,
 }
 
-/// Standard errors of all free parameters, and for those for which `asked` holds whether the recordings, and the earlier and the later
+/// Recordings that disagree about a parameter by more than chance in this share of cases say that the noise is not all that moves it.
+const BEYOND_CHANCE: f64 = 0.01;
+
+impl Consistency {
+    /// What a standard error reckoned from noise alone is to be multiplied by: where recordings disagree about a parameter, their mean is
+    /// off by as much more as they scatter more than they should (R. Birge, Phys. Rev. 40 (1932) 207).
+    fn widening(self) -> f64 {
+        if self.p < BEYOND_CHANCE { self.excess.max(1.0).sqrt() } else { 1.0 }
+    }
+}
+
+/// How well the free parameters of a fit are known.
+pub(crate) struct Precision {
+    /// Standard errors, everything that is not free being exactly as drawn, and noise all that is left.
+    pub(crate) by_noise: Vec<f64>,
+    /// The same with what recordings disagree about, and what the drawing's own errors add.
+    pub(crate) all_told: Vec<f64>,
+    /// Of those that were asked for.
+    pub(crate) agreements: Vec<Option<Consistency>>,
+}
+
+/// How well all free parameters are known, and for those for which `asked` holds whether the recordings, and the earlier and the later
 /// half of each, agree about them: physics is the same throughout, what only stands in for something else is not.
 ///
 /// A half's own value differs from the joint one by the sum of its residuals, weighted by how they move the parameter,
@@ -101,12 +125,17 @@ pub(crate) fn precision(
     fitted: &Fitted,
     slowest_hz: Option<f64>,
     asked: &dyn Fn(&str) -> bool,
-) -> (Vec<f64>, Vec<Option<Consistency>>) {
+) -> Precision {
     let columns = fitted.sensitivities(stack);
     let residuals = fitted.residuals();
     let scatter = Scatter::new(stack, residuals.clone(), slowest_hz);
     let Some(influences) = influences(&columns) else {
-        return (vec![f64::INFINITY; fitted.free.len()], vec![None; fitted.free.len()]);
+        let unknown = vec![f64::INFINITY; fitted.free.len()];
+        return Precision {
+            by_noise: unknown.clone(),
+            all_told: unknown,
+            agreements: vec![None; fitted.free.len()],
+        };
     };
     let parts = halves(stack);
     let mut errors = Vec::new();
@@ -134,11 +163,48 @@ pub(crate) fn precision(
                     spread = spread.max((shift / share * slope / value).abs());
                 }
             }
-            Consistency { p: chi_squared_tail(statistic, (parts.len() - 1) as f64), spread }
+            let freedom = (parts.len() - 1) as f64;
+            Consistency { p: chi_squared_tail(statistic, freedom), spread, excess: statistic / freedom }
         }));
     }
-    (errors, agreements)
+    let drawn = drawn_errors(stack, fitted, &influences);
+    let all_told = (0..errors.len())
+        .map(|index| {
+            let widening = agreements[index].map_or(1.0, Consistency::widening);
+            (widening * errors[index]).hypot(drawn[index])
+        })
+        .collect();
+    Precision { by_noise: errors, all_told, agreements }
 }
+
+/// What the errors of the drawing add to the standard errors of the free parameters.
+///
+/// Recordings of motion alone do not tell masses from forces: a base that is moved, a body that is let go do the same with all masses,
+/// springs, dampers and forces twice as large. What such recordings leave undetermined stays as given, and what is found is
+/// right only as far as that is.
+fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Vec<f64>]) -> Vec<f64> {
+    let is_free = |path: &str| fitted.free.iter().any(|free| free.path == path);
+    let mut held = free_parameters(&fitted.hypothesis.model);
+    held.retain(|parameter| !is_free(&parameter.path) && parameter.given != 0.0);
+    let values = held.iter().map(|parameter| parameter.given).collect();
+    let with_held = Fitted { free: held.clone(), values, ..fitted.clone() };
+    let columns = with_held.sensitivities(stack);
+    let slopes = fitted.free.iter().zip(&fitted.values).map(|(p, value)| p.slope(p.to_search(*value)));
+    influences
+        .iter()
+        .zip(slopes)
+        .map(|(influence, slope)| {
+            let shifts = held.iter().zip(&columns).map(|(held, column)| {
+                // Search coordinates are logarithms, or shares of what was given.
+                dot(influence, column) * held.known_within().ln() / WITHIN
+            });
+            shifts.map(|shift| shift * shift).sum::<f64>().sqrt() * slope.abs()
+        })
+        .collect()
+}
+
+/// A drawing is within its bounds by so many standard errors.
+const WITHIN: f64 = 3.0;
 
 /// Rows of the earlier and of the later half of every recording.
 fn halves(stack: &Stack<'_>) -> Vec<Vec<Range<usize>>> {
@@ -186,4 +252,16 @@ fn influences(columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
             })
             .collect(),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_recordings_that_disagree_beyond_chance_widen_an_interval() {
+        let agreement = |p: f64, excess: f64| Consistency { p, spread: 0.1, excess }.widening();
+        assert!((agreement(0.2, 1.4) - 1.0).abs() < 1e-12);
+        assert!((agreement(1e-4, 9.0) - 3.0).abs() < 1e-12);
+    }
 }

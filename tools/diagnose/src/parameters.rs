@@ -3,6 +3,11 @@
 use stillbeam_identify::levenberg_marquardt::Parameter;
 use stillbeam_plant::Model;
 
+/// What comes from a drawing, a balance or a calliper is known at least to this factor.
+const MEASURED_WITHIN: f64 = 1.15;
+/// Damping, losses and what a drive does are known at least to this factor.
+const GUESSED_WITHIN: f64 = 2.0;
+
 /// One parameter that a refit may move.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FreeParameter {
@@ -49,6 +54,15 @@ impl FreeParameter {
         }
     }
 
+    /// The factor within which its given value may be taken to be right.
+    pub(crate) fn known_within(&self) -> f64 {
+        let is_guess = ["damp", "viscous", "rayleigh", "participation", "gain", "compliance"]
+            .iter()
+            .any(|word| self.path.contains(word))
+            || self.path.starts_with("drive");
+        if is_guess { GUESSED_WITHIN } else { MEASURED_WITHIN }
+    }
+
     /// Whether the parameter sets how fast the structure vibrates, so that a wrong start may end in a wrong valley.
     pub(crate) fn sets_frequency(&self) -> bool {
         ["frequency_hz", "young_Pa", "stiffness"].iter().any(|name| self.path.ends_with(name))
@@ -56,7 +70,8 @@ impl FreeParameter {
 }
 
 /// The parameters that a refit may move, in the order in which they are tried: first those that recordings of
-/// vibration usually determine, last those that mostly repeat them.
+/// vibration usually determine, last those that mostly repeat them. Of parameters that repeat each other those stay as given that a
+/// balance or a calliper tells: a body that is let go has a frequency and a decay, and its damping is a better guess from those than its mass.
 pub(crate) fn free_parameters(model: &Model) -> Vec<FreeParameter> {
     let mut listed: Vec<(usize, FreeParameter)> = model
         .parameters()
@@ -97,9 +112,9 @@ fn order_of(model: &Model, path: &str) -> Option<usize> {
         "base.mass_kg",
         "base.viscous_N_s_m",
         "drive.",
-        "body.",
         "spring.",
         "damper.",
+        "body.",
         "beam.thickness_m",
         "beam.width_m",
         "beam.second_moment_m4",

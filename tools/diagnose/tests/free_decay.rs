@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use stillbeam_diagnose::{Options, Verdict, diagnose};
+use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
 use stillbeam_plant::Model;
 use stillbeam_recording::Recording;
 
@@ -109,13 +109,27 @@ fn let_go_in_oil(from_m: f64) -> Vec<f64> {
     positions
 }
 
-#[test]
-fn drag_is_named_though_a_refit_hides_most_of_it_in_the_damping() {
-    let model = Model::from_toml("stage.toml", &format!("{STAGE}{DAMPER}")).unwrap();
+fn diagnosed_in_oil(model: &Model) -> Diagnosis {
     let run = |name: &str, from_m: f64, seed: u64| noisy(name, &let_go_in_oil(from_m), seed);
     let train = [run("near", 0.01, 1), run("far", 0.03, 2), run("middle", 0.02, 3)];
     let held_out = [run("check", 0.025, 4), run("other", 0.015, 5)];
-    let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+    diagnose(model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap()
+}
+
+/// What is let go does the same with all masses and forces twice as large.
+#[test]
+fn a_force_is_known_no_better_than_the_mass_that_it_moves() {
+    let text = format!("{STAGE}{DAMPER}").replace("mass = 14.0", "mass = 14.5");
+    let found = diagnosed_in_oil(&Model::from_toml("stage.toml", &text).unwrap());
+    let drag = &found.effects[0].parameters["drag"];
+    assert!((drag.value - 140.0).abs() < 1.96 * drag.stderr, "{drag:?}");
+    assert!((0.03..0.15).contains(&(drag.stderr / drag.value)), "{drag:?}");
+    assert_eq!(found.undetermined_parameters, ["body.slider.mass"]);
+}
+
+#[test]
+fn drag_is_named_though_a_refit_hides_most_of_it_in_the_damping() {
+    let found = diagnosed_in_oil(&Model::from_toml("stage.toml", &format!("{STAGE}{DAMPER}")).unwrap());
     let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
     assert_eq!((found.verdict, named), (Verdict::Explained, vec!["quadratic_drag"]), "{}", found.sentence);
 }

@@ -244,7 +244,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         },
     ));
     if let Some(closer) = &trialled.closer {
-        if let Some(Consistency { p, spread }) = closer.consistency {
+        if let Some(Consistency { p, spread, .. }) = closer.consistency {
             gates.push(gate(
                 "consistent",
                 p > DISAGREES_P || spread < DISAGREES_BY,

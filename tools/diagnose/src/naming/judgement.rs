@@ -98,7 +98,7 @@ impl Search<'_> {
     ) -> (Vec<Tried>, Vec<Member>) {
         let stack = self.study.stack(Role::Train);
         let is_law = |path: &str| path.starts_with("physics.");
-        let (errors, agreements) = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
+        let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
         let stable = self.is_stable(chosen);
         let rest = self.structured_rest(chosen);
         let cut_short = cut_short && self.leaves_more_than_noise(chosen);
@@ -118,7 +118,7 @@ impl Search<'_> {
                 });
                 let own = format!("physics.{}.", self.given_laws + place + 1);
                 let amplitudes = self.candidates[chosen.laws[place]].amplitude_names();
-                let strengths = chosen.fitted.free.iter().zip(&agreements).filter(|(parameter, _)| {
+                let strengths = chosen.fitted.free.iter().zip(&known.agreements).filter(|(parameter, _)| {
                     parameter.path.strip_prefix(&own).is_some_and(|name| amplitudes.iter().any(|a| a == name))
                 });
                 let worst =
@@ -130,14 +130,22 @@ impl Search<'_> {
                     rest,
                     cut_short: cut_short.then_some(own_share),
                 });
-                let tried = self.judged(
+                // Whether a law is there hangs on noise; how large it is, on the drawing too.
+                let mut tried = self.judged(
                     &without,
                     chosen.clone(),
                     chosen.laws[place],
                     &own,
-                    &errors,
+                    &known.by_noise,
                     (closer, own_share),
                 );
+                for (parameter, all_told) in chosen.fitted.free.iter().zip(&known.all_told) {
+                    let name = parameter.path.strip_prefix(&own);
+                    let row = tried.parameters.iter_mut().find(|(row, ..)| Some(row.as_str()) == name);
+                    if let Some((_, _, stderr, ..)) = row {
+                        *stderr = *all_told;
+                    }
+                }
                 (tried, without)
             })
             .unzip()

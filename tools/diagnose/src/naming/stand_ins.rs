@@ -16,10 +16,6 @@ use crate::fit::{Effort, Fitted, fit};
 use crate::intervals::standard_errors;
 use crate::parameters::FreeParameter;
 
-/// What comes from a drawing, a balance or a calliper is known at least so well.
-const MEASURED_WITHIN: f64 = 0.15;
-/// Damping, losses and what a drive does are known at least to this factor.
-const GUESSED_WITHIN: f64 = 2.0;
 /// So many times as large or as small is no parameter of the same machine any more.
 const ANOTHER_MACHINE: f64 = 10.0;
 /// A law does the same as a parameter when at least this share of the power of what the parameter does, all else following, is its.
@@ -163,11 +159,6 @@ impl Search<'_> {
 
 fn moved_too_far(parameter: &FreeParameter, value: f64, stderr: f64) -> bool {
     let sure = value.abs() > 0.0 && stderr.is_finite() && parameter.given > 0.0;
-    let is_guess = ["damp", "viscous", "rayleigh", "participation", "gain", "compliance"]
-        .iter()
-        .any(|word| parameter.path.contains(word))
-        || parameter.path.starts_with("drive");
-    let within = if is_guess { GUESSED_WITHIN } else { 1.0 + MEASURED_WITHIN };
     let moved = (value / parameter.given).ln().abs();
-    sure && moved - 3.0 * (stderr / value).abs() > within.ln()
+    sure && moved - 3.0 * (stderr / value).abs() > parameter.known_within().ln()
 }

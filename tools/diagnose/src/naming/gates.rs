@@ -184,6 +184,9 @@ const DISAGREES_P: f64 = 1e-5;
 /// ... it matters: a half recording's own value is off by this share.
 const DISAGREES_BY: f64 = 0.2;
 
+/// Name of the gate of the held-out recordings.
+const HELD_OUT: &str = "held out";
+
 /// Runs all gates.
 pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     let gate = |name: &str, passed: bool, detail: String| Gate { name: name.to_owned(), passed, detail };
@@ -198,7 +201,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     match &trialled.held_out {
         Some(held_out) => {
             gates.push(gate(
-                "held out",
+                HELD_OUT,
                 held_out.z > options.held_out_gate,
                 format!("improves the held-out recordings by {:.1} standard errors", held_out.z),
             ));
@@ -208,7 +211,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
                 format!("the held-out recording that gains least: {:.1} standard errors", held_out.worst_z),
             ));
         }
-        None => gates.push(gate("held out", false, "nothing was held out".to_owned())),
+        None => gates.push(gate(HELD_OUT, false, "nothing was held out".to_owned())),
     }
     let at_bound = trialled.parameters.iter().find(|(_, value, _, lower, upper)| {
         let close = 1e-6 * value.abs();
@@ -286,6 +289,12 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     gates
 }
 
+/// Whether the held-out recordings neither confirm nor contradict a law that passes all other gates: they hardly show it.
+pub(crate) fn is_only_unconfirmed(gates: &[Gate], held_out: Option<Improvement>) -> bool {
+    let failed: Vec<&str> = gates.iter().filter(|gate| !gate.passed).map(|gate| gate.name.as_str()).collect();
+    failed == [HELD_OUT] && held_out.is_some_and(|held_out| held_out.z > 0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -307,6 +316,21 @@ mod tests {
             closer: Some(closer),
         };
         gates(&trialled, &Options::default()).iter().all(|gate| gate.passed)
+    }
+
+    #[test]
+    fn a_law_that_held_out_recordings_hardly_show_is_unconfirmed_and_one_that_they_contradict_is_not() {
+        let said = |z: f64, others_pass: bool| {
+            let gate =
+                |name: &str, passed: bool| Gate { name: name.to_owned(), passed, detail: String::new() };
+            let gates = [gate("training", others_pass), gate(HELD_OUT, z > 2.5), gate("size", true)];
+            is_only_unconfirmed(&gates, Some(Improvement { z, worst_z: z, gain_db: 0.1 }))
+        };
+        assert!(said(0.2, true));
+        assert!(!said(-0.2, true), "contradicted");
+        assert!(!said(3.0, true), "confirmed");
+        assert!(!said(0.2, false), "not seen in training either");
+        assert!(!is_only_unconfirmed(&[], None));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::gates::Closer;
+use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::{contains, leaves_open};
 use super::rounds::Tried;
 use super::screening::{Screened, own_share};
@@ -230,6 +230,19 @@ impl Search<'_> {
                 .all(|gate| gate.passed || ["determined", "bounds"].contains(&gate.name.as_str()))
     }
 
+    /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks
+    /// held-out recordings that would show it: a weaker law that those happen to show may stand in for it.
+    fn is_better_unconfirmed(&self, other: &Tried, chosen: &Member) -> bool {
+        if !is_only_unconfirmed(&other.gates, other.held_out) {
+            return false;
+        }
+        let stack = self.study.stack(Role::Train);
+        let (before, after) = (&chosen.fitted.records, &other.member.fitted.records);
+        let training = improvement(&stack, before, after, self.study.slowest_hz);
+        training.t() > DOUBT * self.options.training_gate
+            && self.better_by(&other.member, chosen) < self.options.separation
+    }
+
     fn find_rivals(&self, selection: &mut Selection, without: &Member) {
         let tried = if self.knows_rivals(selection) {
             selection.tried.clone()
@@ -252,7 +265,9 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let contends = (other.passes() && as_simple) || self.is_left_open(&other, chosen);
+            let contends = (other.passes() && as_simple)
+                || self.is_left_open(&other, chosen)
+                || self.is_better_unconfirmed(&other, chosen);
             if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {
                 selection.rivals.push(member);
             }

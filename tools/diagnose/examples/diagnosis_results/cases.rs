@@ -20,14 +20,30 @@ fn law(id: &str, location: &str, parameters: &[(&str, f64)]) -> Physics {
 }
 
 /// Laws that a law contains.
-fn contained(id: &str) -> &'static [fn(&Physics) -> Physics] {
-    match id {
-        "stribeck_friction" => {
+fn contained(id: &str, location: &str) -> &'static [fn(&Physics) -> Physics] {
+    match (id, location) {
+        ("stribeck_friction", _) => {
             &[|law| Physics::new("coulomb_friction", "base").with("force", law.parameters["force"])]
         }
-        "asymmetric_friction" => &[|law| {
+        ("asymmetric_friction", _) => &[|law| {
             Physics::new("constant_force", "base").with("force", 0.1 * law.parameters["force_forward"])
         }],
+        // While the base moves within one wave.
+        ("cogging", _) => &[
+            |law| Physics::new("constant_force", "base").with("force", law.parameters["force"]),
+            |law| {
+                let stiffness = law.parameters["force"] / law.parameters["period"];
+                Physics::new("cable_spring", "base").with("stiffness", stiffness)
+            },
+        ],
+        // Before it yields, and when it has.
+        ("hysteresis", "base") => &[
+            |law| Physics::new("cable_spring", "base").with("stiffness", law.parameters["stiffness"]),
+            |law| {
+                let force = law.parameters["stiffness"] / law.parameters["beta"];
+                Physics::new("coulomb_friction", "base").with("force", force)
+            },
+        ],
         _ => &[],
     }
 }
@@ -39,7 +55,7 @@ macro_rules! case {
             id: $id,
             location: $location,
             law: |$s| law($id, $location, &[$(($name, $value)),+]),
-            contained: contained($id),
+            contained: contained($id, $location),
         }
     };
 }

@@ -18,7 +18,7 @@ pub fn page(plan: &Plan, done: &[Done]) -> String {
     page.push_str(
         "The machine is the beam of `tools/diagnose/tests/truth`, moved (one output, the tip) or pushed by a force (tip and base); the \
          given model's parameters are up to 5 % wrong, its damping up to 20 %. Three runs of 30 s are trained on, one of 35 s at another amplitude is held out. \
-         A law is at its detection limit where its effect, once the machine's own parameters are refitted, is five standard errors.\n",
+         A law is at its detection limit where its effect, once the machine's own parameters are refitted, is five standard errors, on the runs that are trained on and on the one held out.\n",
     );
     for (part, title) in [
         ("null", "Nothing is missing"),

@@ -82,9 +82,10 @@ struct Benches {
 
 impl Benches {
     fn of(&mut self, bench: Bench, db: f64) -> &Sensitivity {
-        self.known
-            .entry((format!("{bench:?}"), db as i64))
-            .or_insert_with(|| Sensitivity::new(bench, &RESULT_RUNS[..RESULT_TRAINED], db))
+        self.known.entry((format!("{bench:?}"), db as i64)).or_insert_with(|| {
+            let (trained, held_out) = RESULT_RUNS.split_at(RESULT_TRAINED);
+            Sensitivity::new(bench, trained, held_out, db)
+        })
     }
 }
 
@@ -368,7 +369,7 @@ fn absorbed(plan: &Plan, benches: &mut Benches, log: &mut Log) {
         for case in wanted(plan) {
             let single: Vec<f64> = (0..RESULT_TRAINED)
                 .map(|run| {
-                    let alone = Sensitivity::new(case.bench, &RESULT_RUNS[run..=run], 45.0);
+                    let alone = Sensitivity::new(case.bench, &RESULT_RUNS[run..=run], &[], 45.0);
                     alone.effect(&[(case.law)(0.1)]).1
                 })
                 .collect();

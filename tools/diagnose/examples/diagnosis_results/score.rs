@@ -31,6 +31,13 @@ fn without_column(name: &str) -> String {
     name.split(" (").next().unwrap_or(name).to_owned()
 }
 
+/// Friction that differs by direction is the same force as even friction with a constant one: one of them is a part of it.
+fn is_half_of(name: &str, laws: &[Physics]) -> bool {
+    laws.iter().filter(|law| law.id == "asymmetric_friction").any(|law| {
+        ["coulomb_friction", "constant_force"].iter().any(|id| name == format!("{id} at {}", law.location))
+    })
+}
+
 /// Compares a diagnosis with the truth.
 pub fn outcome(found: &Diagnosis, laws: &[Physics]) -> Outcome {
     let truth = names(laws);
@@ -50,7 +57,7 @@ pub fn outcome(found: &Diagnosis, laws: &[Physics]) -> Outcome {
         Verdict::Unexplained => Outcome::Unexplained,
         _ if named.is_empty() => Outcome::Missed,
         _ if tied => Outcome::Tied,
-        _ if named.iter().any(|name| truth.contains(name)) => Outcome::Partly,
+        _ if named.iter().any(|name| truth.contains(name) || is_half_of(name, laws)) => Outcome::Partly,
         _ => Outcome::Wrong,
     }
 }

@@ -7,23 +7,105 @@ use stillbeam_recording::Recording;
 use crate::cases::Case;
 use crate::truth::{Bench, Run};
 
+/// Runs of one role without noise, and what nobody knows of each: offsets of its outputs, and how the machine was moving when it began.
+struct Role {
+    runs: Vec<Run>,
+    clean: Vec<Recording>,
+    unknown: Orthonormal,
+}
+
 /// What a machine would record without noise, and what a refit of its parameters could change.
 pub struct Sensitivity {
     bench: Bench,
-    runs: Vec<Run>,
-    clean: Vec<Recording>,
+    trained: Role,
+    /// Without runs where only training counts.
+    held_out: Role,
     /// Noise of every output.
     pub noise_rms: Vec<f64>,
+    /// What is unknown of the training runs, and what the parameters change in them.
     absorbing: Orthonormal,
+    /// What the same columns are on the held-out runs, in their order.
+    follows: Vec<Vec<f64>>,
 }
 
 /// Metres or metres per second, so small that everything stays linear and so large that rounding does not show.
 const STATE: f64 = 1e-3;
 
-impl Sensitivity {
-    /// `snr_db` is the power of the outputs over that of the noise, over the runs that are trained on.
-    pub fn new(bench: Bench, runs: &[Run], snr_db: f64) -> Self {
+/// A column this much of which, by power, others make too is one of them.
+const REPEATED: f64 = 1e-8;
+
+impl Role {
+    fn new(bench: Bench, runs: &[Run], noise_rms: &[f64]) -> Self {
         let clean: Vec<Recording> = runs.iter().map(|run| bench.clean(*run, &[])).collect();
+        let mut role = Self { runs: runs.to_vec(), clean, unknown: Orthonormal::default() };
+        for output in 0..noise_rms.len() {
+            for index in 0..role.clean.len() {
+                let mut constants = role.clean.clone();
+                for (k, recording) in constants.iter_mut().enumerate() {
+                    for (column, c) in recording.columns.iter_mut().skip(1).enumerate() {
+                        c.samples.fill(f64::from(k == index && column == output));
+                    }
+                }
+                role.unknown.push(flat(&constants, noise_rms));
+            }
+        }
+        let space = StateSpace::new(&bench.model()).unwrap();
+        for coordinate in space.points().iter().filter(|point| point.is_coordinate) {
+            for (displacement, velocity) in [(STATE, 0.0), (0.0, STATE)] {
+                let begun = InitialState { displacement, velocity };
+                for (index, run) in runs.iter().enumerate() {
+                    let mut one = role.clean.clone();
+                    one[index] = bench.clean_begun(*run, &coordinate.name, begun);
+                    let column = role.against_clean(&one, noise_rms);
+                    if is_new(&role.unknown, &column) {
+                        role.unknown.push(column);
+                    }
+                }
+            }
+        }
+        role
+    }
+
+    /// The change of these recordings from what the machine as it is would record.
+    fn against_clean(&self, changed: &[Recording], noise_rms: &[f64]) -> Vec<f64> {
+        difference(flat(changed, noise_rms), &flat(&self.clean, noise_rms))
+    }
+
+    /// The change that laws make.
+    fn change(&self, bench: Bench, laws: &[Physics], noise_rms: &[f64]) -> Vec<f64> {
+        let with: Vec<Recording> = self.runs.iter().map(|run| bench.clean(*run, laws)).collect();
+        self.against_clean(&with, noise_rms)
+    }
+
+    /// The change that a parameter makes, per share of its value.
+    fn slope(&self, bench: Bench, path: &str, noise_rms: &[f64]) -> Vec<f64> {
+        let step = 1e-5;
+        let moved = |factor: f64| -> Vec<f64> {
+            let moved: Vec<Recording> =
+                self.runs.iter().map(|run| bench.clean_with(*run, path, factor)).collect();
+            flat(&moved, noise_rms)
+        };
+        let change = difference(moved(1.0 + step), &moved(1.0 - step));
+        change.into_iter().map(|value| value / (2.0 * step)).collect()
+    }
+}
+
+fn is_new(basis: &Orthonormal, column: &[f64]) -> bool {
+    let mut rest = column.to_vec();
+    basis.remove_from(&mut rest);
+    dot(&rest, &rest) > REPEATED * dot(column, column)
+}
+
+fn difference(mut left: Vec<f64>, right: &[f64]) -> Vec<f64> {
+    add_scaled(&mut left, -1.0, right);
+    left
+}
+
+impl Sensitivity {
+    /// `snr_db` is the power of the outputs over that of the noise, over the runs that are trained on. A law is seen as well as on the
+    /// training runs or on those held out, whichever show it less: what only the former show nobody can confirm.
+    pub fn new(bench: Bench, trained: &[Run], held_out: &[Run], snr_db: f64) -> Self {
+        let clean: Vec<Recording> = trained.iter().map(|run| bench.clean(*run, &[])).collect();
         let outputs = clean[0].columns.len() - 1;
         let noise_rms: Vec<f64> = (0..outputs)
             .map(|output| {
@@ -32,75 +114,50 @@ impl Sensitivity {
                 10f64.powf(-snr_db / 20.0) * f64::sqrt(sum / count)
             })
             .collect();
-        let mut absorbing = Orthonormal::default();
-        let flat = |recordings: &[Recording]| flat(recordings, &noise_rms);
-        for output in 0..outputs {
-            for index in 0..clean.len() {
-                let mut constants = clean.clone();
-                for (k, recording) in constants.iter_mut().enumerate() {
-                    for (column, c) in recording.columns.iter_mut().skip(1).enumerate() {
-                        c.samples.fill(f64::from(k == index && column == output));
-                    }
-                }
-                absorbing.push(flat(&constants));
-            }
-        }
-        // Nobody knows how the machine was moving when a recording began.
-        let space = StateSpace::new(&bench.model()).unwrap();
-        for coordinate in space.points().iter().filter(|point| point.is_coordinate) {
-            for (displacement, velocity) in [(STATE, 0.0), (0.0, STATE)] {
-                let begun = InitialState { displacement, velocity };
-                for (index, run) in runs.iter().enumerate() {
-                    let mut one = clean.clone();
-                    one[index] = bench.clean_begun(*run, &coordinate.name, begun);
-                    let mut column = flat(&one);
-                    add_scaled(&mut column, -1.0, &flat(&clean));
-                    let mut rest = column.clone();
-                    absorbing.remove_from(&mut rest);
-                    if dot(&rest, &rest) > 1e-8 * dot(&column, &column) {
-                        absorbing.push(column);
-                    }
-                }
-            }
-        }
+        let trained = Role::new(bench, trained, &noise_rms);
+        let held_out = Role::new(bench, held_out, &noise_rms);
+        let mut absorbing = trained.unknown.clone();
+        // What is unknown of one run is nothing on others.
+        let nothing = vec![0.0; flat(&held_out.clean, &noise_rms).len()];
+        let unknowns = absorbing.remove_from(&mut vec![0.0; flat(&trained.clean, &noise_rms).len()]).len();
+        let mut follows = vec![nothing; unknowns];
         for parameter in bench.model().parameters() {
             if parameter.value == 0.0 || parameter.path == "beam.length_m" {
                 continue;
             }
-            let step = 1e-5;
-            let moved = |sign: f64| -> Vec<Recording> {
-                let factor = 1.0 + sign * step;
-                runs.iter().map(|run| bench.clean_with(*run, &parameter.path, factor)).collect()
-            };
-            let (after, before) = (flat(&moved(1.0)), flat(&moved(-1.0)));
-            let column: Vec<f64> = after.iter().zip(&before).map(|(a, b)| (a - b) / (2.0 * step)).collect();
-            let mut rest = column.clone();
-            absorbing.remove_from(&mut rest);
-            if dot(&rest, &rest) > 1e-8 * dot(&column, &column) {
+            let column = trained.slope(bench, &parameter.path, &noise_rms);
+            if is_new(&absorbing, &column) {
                 absorbing.push(column);
+                follows.push(held_out.slope(bench, &parameter.path, &noise_rms));
             }
         }
-        Self { bench, runs: runs.to_vec(), clean, noise_rms, absorbing }
+        Self { bench, trained, held_out, noise_rms, absorbing, follows }
     }
 
     /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
     /// this one contains: what they could do is not its own.
     pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
+        let change = |role: &Role, laws: &[Physics]| role.change(self.bench, laws, &self.noise_rms);
         let mut absorbing = self.absorbing.clone();
-        for law in contained {
-            absorbing.push(self.change(std::slice::from_ref(law)));
+        let mut follows = self.follows.clone();
+        for law in contained.chunks(1) {
+            absorbing.push(change(&self.trained, law));
+            follows.push(change(&self.held_out, law));
         }
-        let mut change = self.change(laws);
-        let whole = dot(&change, &change);
-        absorbing.remove_from(&mut change);
-        let left = dot(&change, &change);
-        (left.sqrt(), 1.0 - left / whole)
-    }
-
-    fn change(&self, laws: &[Physics]) -> Vec<f64> {
-        let with: Vec<Recording> = self.runs.iter().map(|run| self.bench.clean(*run, laws)).collect();
-        let (after, before) = (flat(&with, &self.noise_rms), flat(&self.clean, &self.noise_rms));
-        after.iter().zip(&before).map(|(a, b)| a - b).collect()
+        let mut left = change(&self.trained, laws);
+        let whole = dot(&left, &left);
+        let followed = absorbing.coefficients(&absorbing.remove_from(&mut left));
+        let seen = dot(&left, &left);
+        let hidden = 1.0 - seen / whole;
+        if self.held_out.runs.is_empty() {
+            return (seen.sqrt(), hidden);
+        }
+        let mut predicted = change(&self.held_out, laws);
+        for (column, share) in follows.iter().zip(followed) {
+            add_scaled(&mut predicted, -share, column);
+        }
+        self.held_out.unknown.remove_from(&mut predicted);
+        (seen.min(dot(&predicted, &predicted)).sqrt(), hidden)
     }
 
     /// The same without any.

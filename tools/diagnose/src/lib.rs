@@ -16,6 +16,7 @@
 //! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
+mod between_samples;
 mod caps;
 mod common_motion;
 mod comparison;

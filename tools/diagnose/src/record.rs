@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use stillbeam_identify::InputInterpolation;
-use stillbeam_identify::interpolation::PiecewiseCubic;
 use stillbeam_plant::{Model, Rerun};
 use stillbeam_recording::{Recording, Role};
 
+use crate::between_samples::BetweenSamples;
 use crate::error::DiagnoseError;
 
 /// The fewest samples of an output that a diagnosis starts from.
@@ -20,8 +19,6 @@ const MOST_REFINEMENT: f64 = 16.0;
 const BEYOND: f64 = 1.6;
 /// Radians that the fastest motion in the band turns in a sub-step of the forces.
 const RADIANS_PER_STEP: f64 = 0.1;
-/// A smooth input has at most this share of its power's changes above a quarter of the sampling rate.
-const SMOOTH: f64 = 1e-3;
 
 /// One output of one recording.
 #[derive(Debug, Clone)]
@@ -98,13 +95,14 @@ impl Record {
         }
         let rate_hz = 1.0 / recording.median_interval_s();
         let band_hz = band_hz(recording, input.as_deref(), fastest_hz);
-        let refinement = match &input {
-            Some(samples) if is_smooth(samples) => {
-                (POINTS_PER_PERIOD * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize
-            }
-            _ => 1,
+        let between = input
+            .as_deref()
+            .map_or(BetweenSamples::Lines, |samples| BetweenSamples::of(&recording.time_s, samples));
+        let refinement = match between {
+            BetweenSamples::Lines => 1,
+            _ => (POINTS_PER_PERIOD * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize,
         };
-        let grid = fine_grid(recording, model, input.as_deref(), refinement);
+        let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
         let rerun = Rerun::new(&grid, model, refinement)
             .map_err(|source| DiagnoseError::Simulation { recording: recording.name.clone(), source })?;
         let rerun = match &input {
@@ -212,21 +210,6 @@ fn check_output(
     Ok(())
 }
 
-/// Whether a spline through the samples is what happened between them: neighbouring differences of a smooth
-/// signal are small against the signal's own changes.
-fn is_smooth(samples: &[f64]) -> bool {
-    let second: f64 = samples.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2)).sum();
-    let fourth: f64 =
-        samples.windows(5).map(|w| (w[4] - 4.0 * w[3] + 6.0 * w[2] - 4.0 * w[1] + w[0]).powi(2)).sum();
-    // For a sine at a quarter of the sampling rate this ratio is 4, for 1/12 of it 0.07; white noise has 11.7.
-    second == 0.0 || fourth < 0.3 * second || second < SMOOTH * centred_power(samples)
-}
-
-fn centred_power(samples: &[f64]) -> f64 {
-    let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
-    samples.iter().map(|value| (value - mean).powi(2)).sum()
-}
-
 /// Highest frequency at which anything of note moves: that of the model's fastest motion, but not far beyond the input's band,
 /// where a lightly damped motion stays small and a simulation that is exact for the linear part follows it in any case.
 fn band_hz(recording: &Recording, input: Option<&[f64]>, fastest_hz: Option<f64>) -> f64 {
@@ -267,25 +250,23 @@ fn with_reference(grid: Recording, recording: &Recording, model: &Model, refinem
 }
 
 /// The input on the fine grid, as a recording to simulate over; zeros where the model has no input.
-fn fine_grid(recording: &Recording, model: &Model, input: Option<&[f64]>, refinement: usize) -> Recording {
+fn fine_grid(
+    recording: &Recording,
+    model: &Model,
+    input: Option<&[f64]>,
+    (between, refinement): (BetweenSamples, usize),
+) -> Recording {
     let mut time_s = Vec::with_capacity(recording.len() * refinement);
     for pair in recording.time_s.windows(2) {
         let part_s = (pair[1] - pair[0]) / refinement as f64;
         time_s.extend((0..refinement).map(|part| pair[0] + part as f64 * part_s));
     }
     time_s.extend(recording.time_s.last());
-    let grid = Recording::new(recording.name.clone(), time_s.clone());
+    let grid = Recording::new(recording.name.clone(), time_s);
     let grid = with_reference(grid, recording, model, refinement);
     match (model.input(), input) {
         (Some(described), Some(samples)) => {
-            let fine = if refinement == 1 {
-                samples.to_vec()
-            } else {
-                let spline = PiecewiseCubic::new(&recording.time_s, samples, InputInterpolation::Cubic);
-                let step_s = recording.median_interval_s() / refinement as f64;
-                let made_up = |[value, _, second]: [f64; 3]| value - step_s * step_s / 12.0 * second;
-                spline.sample(time_s).into_iter().map(made_up).collect()
-            };
+            let fine = between.refined(&recording.time_s, samples, refinement);
             grid.with_column(described.column.clone(), fine)
         }
         // A recording has a column at least; nothing drives a free decay.

@@ -13,6 +13,8 @@ const LEAST_SAMPLES: usize = 100;
 /// Straight lines between grid points weaken a sine by (pi f / rate)² / 3, 0.09 % at this many points a period, which the grid's
 /// values make up for to a hundredth of that.
 const POINTS_PER_PERIOD: f64 = 60.0;
+/// The same of a fast input, whose every sample costs much: what is left after the values have made up for the lines is 0.01 %.
+const FAST_POINTS_PER_PERIOD: f64 = 16.0;
 /// The grid is refined at most this often.
 const MOST_REFINEMENT: f64 = 16.0;
 /// Motions this many times faster than the input's band are left to the exact linear part.
@@ -98,9 +100,12 @@ impl Record {
         let between = input
             .as_deref()
             .map_or(BetweenSamples::Lines, |samples| BetweenSamples::of(&recording.time_s, samples));
+        let refinement =
+            |points: f64| (points * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize;
         let refinement = match between {
             BetweenSamples::Lines => 1,
-            _ => (POINTS_PER_PERIOD * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize,
+            BetweenSamples::Spline => refinement(POINTS_PER_PERIOD),
+            BetweenSamples::BandLimited => refinement(FAST_POINTS_PER_PERIOD),
         };
         let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
         let rerun = Rerun::new(&grid, model, refinement)

@@ -36,9 +36,15 @@ fn measured_table(name: &str) -> ShaperTable {
     match name.split(' ').collect::<Vec<_>>()[..] {
         ["flat,", "in", "pairs"] => flat((0..8).flat_map(|pair| [100 * pair, 100 * pair + 1]).collect()),
         ["flat,", "one", "by", "one"] => flat((0..16).map(|tap| 100 * tap).collect()),
+        ["flat,", "64", "one", "by", "one"] => {
+            let taps: Vec<Tap> =
+                (0..64).map(|tap| Tap { delay_ticks: 100 * tap, weight: weight / 4 }).collect();
+            ShaperTable::from_stages(rate, [taps.as_slice()].into_iter()).unwrap()
+        }
         [count, _, kind] => {
             let kind: ShaperType = kind.parse().unwrap();
-            let modes = [(1.1, 0.0074), (6.9, 0.0033)].map(|(hz, zeta)| Mode::new(hz, zeta, kind).unwrap());
+            let modes = [(1.1, 0.0074), (6.9, 0.0033), (19.0, 0.003), (37.0, 0.003)]
+                .map(|(hz, zeta)| Mode::new(hz, zeta, kind).unwrap());
             ShaperTable::design(&modes[..count.parse().unwrap()], rate).unwrap()
         }
         _ => panic!("no such table: {name}"),
@@ -48,7 +54,7 @@ fn measured_table(name: &str) -> ShaperTable {
 #[test]
 fn instructions_are_those_that_were_measured() {
     let rows = measured();
-    assert_eq!(rows.len(), 8, "{rows:?}");
+    assert_eq!(rows.len(), 10, "{rows:?}");
     for (name, taps, instructions) in rows {
         let cost = TableCost::of(&measured_table(&name));
         assert_eq!((cost.taps, cost.instructions), (taps, instructions), "{name}");

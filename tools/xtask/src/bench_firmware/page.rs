@@ -64,16 +64,16 @@ pub fn page(numbers: &Numbers) -> String {
     text
 }
 
-/// What shaping adds while moving.
+/// What shaping adds.
 fn cascade(numbers: &Numbers) -> String {
-    let Some(plain) = numbers.find(0, "off", "moving", false) else { return String::new() };
     let mut text = String::from(
-        "\n## The cascade alone\n\nA tick of a move with the table, less one without, by the medians.\n\n\
+        "\n## The cascade alone\n\nA tick with the table, less one without, by the medians: the middle one of rest, moving and sweeping. Which block of the table is the one\n\
+         whose samples wrap around the memory's end makes three instructions more or fewer.\n\n\
          | table | taps | instructions | per tap |\n|---|---|---|---|\n",
     );
     for tick in numbers.tick.iter().filter(|tick| tick.motion == "moving" && !tick.streams && tick.modes > 0)
     {
-        let added = tick.median.saturating_sub(plain.median);
+        let Some(added) = numbers.added_by(tick) else { continue };
         let per_tap = f64::from(added) / f64::from(taps(tick).max(1));
         text += &format!("| {} | {} | {added} | {per_tap:.1} |\n", table(tick), taps(tick));
     }

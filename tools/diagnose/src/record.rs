@@ -245,12 +245,7 @@ fn with_reference(grid: Recording, recording: &Recording, model: &Model, refinem
     else {
         return grid;
     };
-    let mut fine = Vec::with_capacity(grid.len());
-    for pair in samples.windows(2) {
-        let part = (pair[1] - pair[0]) / refinement as f64;
-        fine.extend((0..refinement).map(|k| pair[0] + k as f64 * part));
-    }
-    fine.extend(samples.last());
+    let fine = BetweenSamples::Lines.refined(&recording.time_s, samples, refinement);
     grid.with_column(name.clone(), fine)
 }
 

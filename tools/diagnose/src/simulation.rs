@@ -94,13 +94,17 @@ pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) 
     record.rerun.motion(model, Some(record.longest_step_s)).ok()?
 }
 
-/// What a law would change in the recorded outputs if the machine moved as it does without it.
+/// What a law would change in the recorded outputs if the machine moved as it does without it; `None` in a closed loop, whose
+/// controller sees to it that it does not.
 pub(crate) fn first_effect(
     hypothesis: &Hypothesis,
     record: &Record,
     law: &Physics,
     motion: &Motion,
 ) -> Option<Vec<Vec<f64>>> {
+    if record.rerun.is_in_loop() {
+        return None;
+    }
     let forces = force_along(&hypothesis.model, law, motion).ok()?;
     if forces.is_empty() {
         return None;

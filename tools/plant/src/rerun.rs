@@ -92,12 +92,10 @@ impl Rerun {
             return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
-        let closed = self.reference.as_deref().map(|samples| (self.time_s.as_slice(), samples));
-        let machine = Machine::new(model, start, closed, longest_step_s)?;
-        let open = if closed.is_some() { &[][..] } else { &self.input };
+        let machine = Machine::new(model, start, self.closed(), longest_step_s)?;
         let look = Look { every: self.every, between: sensing.looks_between() };
         let shares = machine.shares_of_input();
-        let run = machine.run_lean(&stamps, open, look)?;
+        let run = machine.run_lean(&stamps, self.driving(), look)?;
         let wanted_s: Vec<f64> = run.stamps.iter().map(|&index| run.time_s[index]).collect();
         let outputs = run.outputs.iter().enumerate().map(|(index, samples)| {
             if sensing.is_ideal() {
@@ -109,6 +107,16 @@ impl Rerun {
         let mut outputs: Vec<Vec<f64>> = outputs.collect();
         self.show_true_input(&shares, &mut outputs);
         Ok(outputs)
+    }
+
+    /// Times and samples of what a closed loop follows.
+    fn closed(&self) -> Option<(&[f64], &[f64])> {
+        self.reference.as_deref().map(|samples| (self.time_s.as_slice(), samples))
+    }
+
+    /// The recorded input where that drives: nothing in a closed loop, whose controller does.
+    fn driving(&self) -> &[f64] {
+        if self.is_in_loop() { &[] } else { &self.input }
     }
 
     /// Corrects what outputs show of the input itself; laws between the two change the correction, which is small, in second order.
@@ -173,14 +181,19 @@ impl Rerun {
 pub struct Motion {
     /// Seconds.
     pub time_s: Vec<f64>,
-    /// The model's input.
+    /// The input as it was recorded.
     pub input: Vec<f64>,
     /// Displacement and velocity of every point, in the order of [`StateSpace::points`].
     pub points: Vec<[Vec<f64>; 2]>,
 }
 
 impl Rerun {
-    /// What the injection points of a model do at the wanted stamps; `None` where a servo runs apart or a loop is closed.
+    /// Whether the model's controller drives it, not the recorded input.
+    pub fn is_in_loop(&self) -> bool {
+        self.reference.is_some()
+    }
+
+    /// What the injection points of a model do at the wanted stamps; `None` where a servo or something loose moves apart from them.
     ///
     /// # Errors
     /// As [`Rerun::outputs`].
@@ -188,20 +201,17 @@ impl Rerun {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
-        let mut machine = Machine::new(model, start, None, longest_step_s)?;
-        if self.reference.is_some() || !machine.is_plain() {
+        let mut machine = Machine::new(model, start, self.closed(), longest_step_s)?;
+        if !machine.shows_points() {
             return Ok(None);
         }
         machine.watch_points();
         let look = Look { every: self.every, between: false };
-        let run = machine.run_lean(&stamps, &self.input, look)?;
-        let mut rows = run.outputs.into_iter();
-        let mut points = Vec::new();
-        while let (Some(displacement), Some(velocity)) = (rows.next(), rows.next()) {
-            points.push([displacement, velocity]);
-        }
+        let run = machine.run_lean(&stamps, self.driving(), look)?;
+        let wanted = |samples: &[f64]| run.stamps.iter().map(|&stamp| samples[stamp]).collect::<Vec<f64>>();
+        let points = run.outputs.chunks_exact(2).map(|rows| [wanted(&rows[0]), wanted(&rows[1])]).collect();
         let input = self.input.iter().step_by(self.every).copied().collect();
-        Ok(Some(Motion { time_s: run.time_s, input, points }))
+        Ok(Some(Motion { time_s: wanted(&run.time_s), input, points }))
     }
 }
 

@@ -7,7 +7,7 @@ use stillbeam_plant::StateSpace;
 use stillbeam_plant::catalogue::{Place, place_of};
 
 use crate::record::Record;
-use crate::simulation::{Hypothesis, started_at};
+use crate::simulation::{Hypothesis, motion, started_at};
 
 /// Sizes at one place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,13 +43,10 @@ impl Scales {
         for (record, start) in records.iter().zip(starts) {
             let zeros = vec![0.0; record.time_s.len()];
             let input = record.input.as_deref().unwrap_or(&zeros);
-            let started = started_at(hypothesis, record, start)?;
-            let model = started.as_ref().unwrap_or(&hypothesis.model);
-            let start = space.initial(model, input.first().copied().unwrap_or(0.0)).ok()?;
-            let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
-            for (index, point) in space.points().iter().enumerate() {
-                let displacement = spread(&trace.displacements[index]);
-                let velocity = spread(&trace.velocities[index]);
+            let moved = moved(hypothesis, &space, record, start, input)?;
+            for (point, [displacements, velocities]) in space.points().iter().zip(&moved) {
+                let displacement = spread(displacements);
+                let velocity = spread(velocities);
                 let inverse_mass: f64 =
                     point.velocity.state.iter().zip(&point.force).map(|(row, force)| row * force).sum();
                 let rate = if displacement[0] > 0.0 { velocity[0] / displacement[0] } else { 0.0 };
@@ -57,7 +54,7 @@ impl Scales {
                 let found = Scale {
                     displacement: displacement[0],
                     reach: displacement[1],
-                    travel: travel(&trace.displacements[index]),
+                    travel: travel(displacements),
                     velocity: velocity[0],
                     force,
                 };
@@ -112,6 +109,27 @@ impl Scales {
     }
 }
 
+/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven by the recorded force
+/// alone, a slide without a spring would wander off.
+fn moved(
+    hypothesis: &Hypothesis,
+    space: &StateSpace,
+    record: &Record,
+    start: &[f64],
+    input: &[f64],
+) -> Option<Vec<[Vec<f64>; 2]>> {
+    if record.rerun.is_in_loop()
+        && let Some(motion) = motion(&hypothesis.without_laws(), record, start)
+    {
+        return Some(motion.points);
+    }
+    let started = started_at(hypothesis, record, start)?;
+    let model = started.as_ref().unwrap_or(&hypothesis.model);
+    let start = space.initial(model, input.first().copied().unwrap_or(0.0)).ok()?;
+    let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
+    Some(trace.displacements.into_iter().zip(trace.velocities).map(|(x, v)| [x, v]).collect())
+}
+
 /// Root mean square about the mean, and largest absolute value.
 fn spread(samples: &[f64]) -> [f64; 2] {
     let n = samples.len().max(1) as f64;
@@ -128,4 +146,59 @@ fn travel(samples: &[f64]) -> f64 {
 
 fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0].max(b[0]), a[1].max(b[1])]
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::{Model, Physics, simulate};
+    use stillbeam_recording::{Recording, Role};
+
+    use super::*;
+
+    const AXIS: &str = r#"
+        schema = 1
+        kind = "lumped"
+        [[body]]
+        name = "slider"
+        mass = 95.0
+        [[damper]]
+        between = ["slider", "ground"]
+        damping = 200.0
+        [input]
+        column = "motor_force_N"
+        body = "slider"
+        [[output]]
+        column = "position_m"
+        body = "slider"
+        [controller]
+        kind = "cascade_pd"
+        kp = 60.0
+        kv = 6000.0
+        sample_s = 0.005
+        reference_column = "reference_m"
+    "#;
+
+    /// The recorded force also holds up an offset that the model lacks: alone it would push the slide some metres away.
+    #[test]
+    fn a_slide_in_a_loop_travels_as_far_as_its_reference() {
+        let given = Model::from_toml("axis.toml", AXIS).unwrap();
+        let mut truth = given.clone();
+        truth.setup_mut().physics = vec![Physics::new("constant_force", "slider").with("force", 40.0)];
+        let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+        let reference = time_s.iter().map(|t| 0.1 * (1.0 - (2.0 * t).cos())).collect();
+        let commanded = Recording::new("run", time_s.clone())
+            .with_column("reference_m", reference)
+            .with_column("motor_force_N", vec![0.0; time_s.len()]);
+        let recording = simulate(&truth, &commanded).unwrap();
+        let travel = |given: &Model| {
+            let record = Record::new(&recording, Role::Train, given, None, None).unwrap();
+            let hypothesis = Hypothesis { model: given.clone() };
+            let scales = Scales::new(&hypothesis, &[record], &[vec![0.0; 2]]).unwrap();
+            scales.at(&hypothesis, "slider").unwrap().travel
+        };
+        assert!((travel(&given) - 0.2).abs() < 0.01, "{}", travel(&given));
+        let mut open = given;
+        open.setup_mut().controller = None;
+        assert!(travel(&open) > 1.0, "without its loop it wanders off: {}", travel(&open));
+    }
 }

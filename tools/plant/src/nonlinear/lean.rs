@@ -241,7 +241,12 @@ impl<const N: usize> Lean<N> {
 impl Machine<'_> {
     /// Whether nothing runs apart from the plant.
     pub(crate) fn is_plain(&self) -> bool {
-        self.servo.is_none() && self.motions.is_empty() && self.control.is_none()
+        self.shows_points() && self.control.is_none()
+    }
+
+    /// Whether all motion is that of the plant's state.
+    pub(crate) fn shows_points(&self) -> bool {
+        self.servo.is_none() && self.motions.is_empty()
     }
 
     /// How much of the input every output shows at once; nothing where something with a memory lies in between.

@@ -4,7 +4,7 @@ mod support;
 
 use stillbeam_plant::{Model, ModelFileError, Problem};
 
-use support::model_texts::{BEAM, MODAL, with};
+use support::model_texts::{BEAM, EVERYTHING, MODAL, with};
 
 /// Every refusal: what is changed, on which line it is reported, under which key, and for which problem.
 #[test]
@@ -250,6 +250,7 @@ fn malformed_text_unknown_keys_and_wrong_types_name_the_line_and_the_key() {
         (MODAL, "participation = [1.566]", "participation = [1.566]\nphase = 0", Some(7), "phase"),
         (MODAL, "\"velocity\"", "\"speed\"", Some(15), "speed"),
         (MODAL, "[input]", "[controller]\nkind = \"cascade_pd\"\n[input]", Some(11), "kp"),
+        (EVERYTHING, "velocity_samples = 2", "velocity_samples = 0", Some(25), "nonzero"),
         (BEAM, "schema = 1\n", "", None, "schema"),
         (BEAM, "kind = \"beam_on_base\"\n", "", None, "kind"),
     ] {

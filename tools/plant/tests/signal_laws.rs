@@ -3,6 +3,7 @@
 mod support;
 
 use std::f64::consts::{PI, TAU};
+use std::num::NonZeroU8;
 
 use stillbeam_plant::{
     Feedback, Hold, Model, Physics, PlantError, Sensor, SensorKind, SimulateOptions, simulate, simulate_with,
@@ -272,9 +273,15 @@ fn two_sensors_with_one_seed_have_noise_of_their_own() {
     assert!(correlation.abs() < 0.06, "{correlation}");
 }
 
-/// A mass under the cascade controller, stepped by hand: constant force over each period, exactly.
 #[test]
 fn a_closed_loop_is_what_the_controller_makes_of_it() {
+    closed_loop_by_hand(None);
+    closed_loop_by_hand(NonZeroU8::new(1));
+    closed_loop_by_hand(NonZeroU8::new(3));
+}
+
+/// A mass under the cascade controller, stepped by hand: constant force over each period, exactly.
+fn closed_loop_by_hand(velocity_samples: Option<NonZeroU8>) {
     let mut model = oscillator(2.0, 0.0, 0.0, vec![], 0.0, 0.0);
     let sample_s = 0.004;
     let controller = stillbeam_plant::Controller {
@@ -283,6 +290,7 @@ fn a_closed_loop_is_what_the_controller_makes_of_it() {
         sample_s,
         reference_column: "reference_m".to_owned(),
         limit: Some(1.2),
+        velocity_samples,
     };
     model.setup_mut().controller = Some(controller);
     let reference = |t: f64| 0.05 * (2.0 * t).sin();
@@ -301,6 +309,7 @@ fn a_closed_loop_is_what_the_controller_makes_of_it() {
     let (mut z, mut v, mut now, mut u) = (0.0, 0.0, 0.0_f64, 0.0);
     let mut next_renewal = 0;
     let mut clipped = 0;
+    let mut positions = vec![];
     for (index, stamp_s) in time_s.iter().enumerate() {
         loop {
             let renewal_s = sample_s * f64::from(next_renewal);
@@ -310,7 +319,12 @@ fn a_closed_loop_is_what_the_controller_makes_of_it() {
             if renewal_s > *stamp_s - 1e-12 {
                 break;
             }
-            let asked: f64 = 30.0 * (15.0 * (given(renewal_s) - z) - v);
+            positions.push(z);
+            let ago = |samples: usize| positions.iter().rev().nth(samples).copied().unwrap_or(0.0);
+            let measured = velocity_samples.map_or(v, |samples| {
+                (z - ago(usize::from(samples.get()))) / (f64::from(samples.get()) * sample_s)
+            });
+            let asked: f64 = 30.0 * (15.0 * (given(renewal_s) - z) - measured);
             clipped += usize::from(asked.abs() > 1.2);
             u = asked.clamp(-1.2, 1.2);
             next_renewal += 1;

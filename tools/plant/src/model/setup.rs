@@ -1,6 +1,7 @@
 //! What stands around the linear plant: a known controller, an initial state, sensors, physics that was left out.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU8;
 
 use super::Input;
 use super::invalid::{InvalidParameter, Problem, finite, not_negative, positive};
@@ -56,6 +57,9 @@ pub struct Controller {
     pub reference_column: String,
     /// Clip in the input's unit, above 0; `None` does not clip.
     pub limit: Option<f64>,
+    /// Renewals over which dy/dt is a difference of positions, as a controller with an encoder has it: late by half of them.
+    /// `None`: the derivative itself.
+    pub velocity_samples: Option<NonZeroU8>,
 }
 
 /// What kind of sensor a column comes from.

@@ -1,6 +1,7 @@
 //! The optional parts that all kinds of model file share: `[controller]`, `[initial]`, `[[sensor]]`, `[[physics]]`.
 
 use std::collections::BTreeMap;
+use std::num::NonZeroU8;
 
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +26,8 @@ pub(super) struct ControllerTable {
     reference_column: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     limit: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity_samples: Option<NonZeroU8>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -98,6 +101,7 @@ impl SetupTables {
                 sample_s: table.sample_s,
                 reference_column: table.reference_column,
                 limit: table.limit,
+                velocity_samples: table.velocity_samples,
             }),
             drive_limits: drive.map(DriveTable::limits).unwrap_or_default(),
             initial: self
@@ -147,6 +151,7 @@ impl SetupTables {
                 sample_s: controller.sample_s,
                 reference_column: controller.reference_column.clone(),
                 limit: controller.limit,
+                velocity_samples: controller.velocity_samples,
             }),
             initial: setup
                 .initial

@@ -1,5 +1,7 @@
 //! A known feedback law, run in closed loop with the plant.
 
+use std::collections::VecDeque;
+
 use crate::error::PlantError;
 use crate::linear::dot;
 use crate::model::Controller;
@@ -17,6 +19,8 @@ pub(super) struct Loop<'a> {
     /// Index into the reference, and of the next renewal.
     place: usize,
     renewals: u64,
+    /// Positions at the last renewals, the oldest first: as many as the velocity is taken over.
+    before: VecDeque<f64>,
     output: f64,
 }
 
@@ -39,7 +43,17 @@ impl<'a> Loop<'a> {
                 remedy: "list a position first, and use a force as input",
             });
         }
-        Ok(Self { controller, time_s, reference, position, velocity, place: 0, renewals: 0, output: 0.0 })
+        Ok(Self {
+            controller,
+            time_s,
+            reference,
+            position,
+            velocity,
+            place: 0,
+            renewals: 0,
+            before: VecDeque::new(),
+            output: 0.0,
+        })
     }
 
     /// When the output is renewed next.
@@ -59,9 +73,24 @@ impl<'a> Loop<'a> {
         let reference =
             self.reference[self.place] + along * (self.reference[next] - self.reference[self.place]);
         let Controller { kp, kv, limit, .. } = *self.controller;
-        let output = kv * (kp * (reference - dot(&self.position, state)) - dot(&self.velocity, state));
+        let position = dot(&self.position, state);
+        let output = kv * (kp * (reference - position) - self.measured_velocity(position, state));
         self.output = limit.map_or(output, |limit| output.clamp(-limit, limit));
         self.renewals += 1;
+    }
+
+    /// The velocity as the controller has it, `position` being read now. Before the recording it is taken to have moved on steadily.
+    fn measured_velocity(&mut self, position: f64, state: &[f64]) -> f64 {
+        let velocity = dot(&self.velocity, state);
+        let Some(samples) = self.controller.velocity_samples else { return velocity };
+        let step_s = self.controller.sample_s;
+        let samples = samples.get();
+        if self.before.is_empty() {
+            self.before.extend((1..=samples).rev().map(|ago| position - f64::from(ago) * step_s * velocity));
+        }
+        let oldest = self.before.pop_front().unwrap_or(position);
+        self.before.push_back(position);
+        (position - oldest) / (f64::from(samples) * step_s)
     }
 
     pub(super) fn output(&self) -> f64 {

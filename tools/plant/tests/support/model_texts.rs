@@ -112,6 +112,7 @@ kv = 100.0
 sample_s = 0.001
 reference_column = "reference_m"
 limit = 30.0
+velocity_samples = 2
 [initial.base]
 displacement = 0.1
 [[sensor]]

@@ -23,7 +23,7 @@ pub(crate) struct Compared {
 
 /// Given and refitted model: outputs weighted by their noise, outliers set aside.
 pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared, DiagnoseError> {
-    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    let candidates: Vec<FreeParameter> = free_parameters(given);
     study.check_units(given)?;
     let given_on_all = study.on_all(given, &[], &[])?;
     study.weigh_by(&given_on_all);
@@ -44,7 +44,7 @@ pub(crate) fn on_everything(
     given: &Hypothesis,
     before: &Compared,
 ) -> Result<Compared, DiagnoseError> {
-    let (fitted, undetermined) = refit(&study.everything(), given, &free_parameters(&given.model))?;
+    let (fitted, undetermined) = refit(&study.everything(), given, &free_parameters(given))?;
     let mut train = fitted.records.clone();
     let held_out = train.split_off(study.train.len());
     let sum_of_squares = train.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
@@ -66,7 +66,7 @@ pub(crate) fn settle(
     floors: Vec<Option<NoiseFloor>>,
 ) -> Result<Compared, DiagnoseError> {
     study.weigh_by_floors(&floors);
-    let candidates: Vec<FreeParameter> = free_parameters(&given.model);
+    let candidates: Vec<FreeParameter> = free_parameters(given);
     let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
     let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
     let given = study.on_all(given, &[], &[])?;

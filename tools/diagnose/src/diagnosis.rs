@@ -59,7 +59,7 @@ pub fn diagnose(
     say("reading the recordings", 0.0);
     let mut study = Study::new(model, recordings, held_out)?;
     say("refitting the model within its own parameters", 0.05);
-    let given = Hypothesis { model: model.clone() };
+    let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;
     say("trying the catalogue of physics", 0.2);
     let is_exact = study.is_exact(&compared.refitted_on_all);
@@ -258,7 +258,7 @@ fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
 fn parameter_changes(study: &Study, fitted: &Fitted) -> Vec<ParameterChange> {
     let errors = standard_errors(&study.stack(Role::Train), fitted, study.slowest_hz);
     let rows = fitted.free.iter().zip(&fitted.values).zip(errors);
-    rows.filter(|((parameter, _), _)| !parameter.path.starts_with("physics."))
+    rows.filter(|((parameter, _), _)| !parameter.is_added)
         .filter(|((parameter, value), stderr)| (*value - parameter.given).abs() > 3.0 * stderr)
         .map(|((parameter, value), stderr)| ParameterChange {
             path: parameter.path.clone(),

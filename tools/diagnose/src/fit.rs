@@ -98,7 +98,7 @@ impl Problem<'_, '_> {
     /// The same, those by the model's own parameters a few steps old where a law's parameters are searched with them.
     fn jacobian_mostly_kept(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
         let (laws, own): (Vec<usize>, Vec<usize>) =
-            (0..search.len()).partition(|&index| self.free[index].path.starts_with("physics."));
+            (0..search.len()).partition(|&index| self.free[index].is_added);
         let Ok(mut kept) = self.kept.lock() else { return self.jacobian(search, point) };
         if laws.is_empty() || own.is_empty() || kept.0 == 0 {
             let all = self.jacobian(search, point);

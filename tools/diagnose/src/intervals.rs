@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use stillbeam_identify::tall::{add_scaled, dot};
 
 use crate::fit::{Fitted, gram};
-use crate::parameters::free_parameters;
+use crate::parameters::{FreeParameter, free_parameters};
 use crate::stacking::{Segment, Stack};
 use crate::statistics::autoregression::Autoregression;
 use crate::statistics::distributions::chi_squared_tail;
@@ -124,7 +124,7 @@ pub(crate) fn precision(
     stack: &Stack<'_>,
     fitted: &Fitted,
     slowest_hz: Option<f64>,
-    asked: &dyn Fn(&str) -> bool,
+    asked: &dyn Fn(&FreeParameter) -> bool,
 ) -> Precision {
     let columns = fitted.sensitivities(stack);
     let residuals = fitted.residuals();
@@ -144,7 +144,7 @@ pub(crate) fn precision(
         let (parameter, value) = (&fitted.free[index], fitted.values[index]);
         let slope = parameter.slope(parameter.to_search(value)).abs();
         errors.push(scatter.variance_of_sum(influence).sqrt() * slope);
-        let wanted = asked(&parameter.path);
+        let wanted = asked(parameter);
         agreements.push(wanted.then(|| {
             let (mut statistic, mut spread) = (0.0, 0.0_f64);
             for part in &parts {
@@ -184,7 +184,7 @@ pub(crate) fn precision(
 /// right only as far as that is.
 fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Vec<f64>]) -> Vec<f64> {
     let is_free = |path: &str| fitted.free.iter().any(|free| free.path == path);
-    let mut held = free_parameters(&fitted.hypothesis.model);
+    let mut held = free_parameters(&fitted.hypothesis);
     held.retain(|parameter| !is_free(&parameter.path) && parameter.given != 0.0);
     let values = held.iter().map(|parameter| parameter.given).collect();
     let with_held = Fitted { free: held.clone(), values, ..fitted.clone() };

@@ -3,6 +3,8 @@
 use stillbeam_identify::levenberg_marquardt::Parameter;
 use stillbeam_plant::Model;
 
+use crate::simulation::Hypothesis;
+
 /// What comes from a drawing, a balance or a calliper is known at least to this factor.
 const MEASURED_WITHIN: f64 = 1.15;
 /// Damping, losses and what a drive does are known at least to this factor.
@@ -20,6 +22,8 @@ pub(crate) struct FreeParameter {
     /// Bounds of the value.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
+    /// Whether it belongs to a law that the diagnosis added; the laws that the model was given with are its own.
+    pub(crate) is_added: bool,
 }
 
 impl FreeParameter {
@@ -56,7 +60,7 @@ impl FreeParameter {
 
     /// The factor within which its given value may be taken to be right.
     pub(crate) fn known_within(&self) -> f64 {
-        let is_guess = ["damp", "viscous", "rayleigh", "participation", "gain", "compliance"]
+        let is_guess = ["damp", "viscous", "rayleigh", "participation", "gain", "compliance", "physics."]
             .iter()
             .any(|word| self.path.contains(word))
             || self.path.starts_with("drive");
@@ -72,21 +76,35 @@ impl FreeParameter {
 /// The parameters that a refit may move, in the order in which they are tried: first those that recordings of
 /// vibration usually determine, last those that mostly repeat them. Of parameters that repeat each other those stay as given that a
 /// balance or a calliper tells: a body that is let go has a frequency and a decay, and its damping is a better guess from those than its mass.
-pub(crate) fn free_parameters(model: &Model) -> Vec<FreeParameter> {
+pub(crate) fn free_parameters(hypothesis: &Hypothesis) -> Vec<FreeParameter> {
+    let model = &hypothesis.model;
     let mut listed: Vec<(usize, FreeParameter)> = model
         .parameters()
         .into_iter()
-        .filter(|parameter| !parameter.fixed && !parameter.path.starts_with("physics."))
+        .filter(|parameter| !parameter.fixed && may_be_refitted(&parameter.path, hypothesis.own_laws))
         .filter_map(|parameter| {
             let order = order_of(model, &parameter.path)?;
             // A stiffness or damping of zero is a statement: that there is none.
-            let absent = parameter.value == 0.0 && !parameter.path.ends_with("damping_ratio");
+            let absent = (parameter.value == 0.0 || !parameter.value.is_finite())
+                && !parameter.path.ends_with("damping_ratio");
             (!absent || parameter.path.contains("participation")).then(|| (order, free(&parameter)))
         })
         .collect();
     listed.sort_by_key(|(order, _)| *order);
     listed.into_iter().map(|(_, parameter)| parameter).collect()
 }
+
+/// Whether a path is not one of a law: or one of the model's own laws, and moves what is simulated smoothly.
+fn may_be_refitted(path: &str, own_laws: usize) -> bool {
+    let Some(law) = path.strip_prefix("physics.") else { return true };
+    law.split_once('.').is_some_and(|(number, name)| {
+        number.parse::<usize>().is_ok_and(|number| number <= own_laws) && !AS_GIVEN.contains(&name)
+    })
+}
+
+/// Parameters of laws that stay as they are: what the others already determine, or what only jumps.
+pub(crate) const AS_GIVEN: [&str; 5] =
+    ["gamma", "rest_position", "step", "viscous_forward", "viscous_backward"];
 
 fn free(parameter: &stillbeam_plant::Parameter) -> FreeParameter {
     let is_ratio = parameter.path.contains("damping_ratio") && !parameter.path.starts_with("drive");
@@ -97,7 +115,7 @@ fn free(parameter: &stillbeam_plant::Parameter) -> FreeParameter {
     } else {
         (parameter.lower, parameter.upper)
     };
-    FreeParameter { path: parameter.path.clone(), given, logarithmic, lower, upper }
+    FreeParameter { path: parameter.path.clone(), given, logarithmic, lower, upper, is_added: false }
 }
 
 /// Place in the order of trial; `None` for what a refit leaves alone.

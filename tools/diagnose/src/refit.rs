@@ -45,8 +45,8 @@ pub(crate) fn refit_beside_laws(
     hypothesis: &Hypothesis,
     before: &Fitted,
 ) -> Option<Fitted> {
-    let laws = before.free.iter().filter(|parameter| parameter.path.starts_with("physics.")).cloned();
-    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(&hypothesis.model)).collect();
+    let laws = before.free.iter().filter(|parameter| parameter.is_added).cloned();
+    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(hypothesis)).collect();
     let fitted = |start: Vec<f64>, states: &[Vec<f64>]| {
         refit_at(stack, hypothesis, &candidates, start, states, Effort::TRIAL).ok().map(|(fitted, _)| fitted)
     };
@@ -57,10 +57,9 @@ pub(crate) fn refit_beside_laws(
         return there;
     }
     // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be nearer.
-    let law = |parameter: &FreeParameter| parameter.path.starts_with("physics.");
     let from_drawing = started_from(&candidates, before).into_iter().zip(&candidates);
     let from_drawing =
-        from_drawing.map(|(value, parameter)| if law(parameter) { value } else { parameter.given });
+        from_drawing.map(|(value, parameter)| if parameter.is_added { value } else { parameter.given });
     let drawn = fitted(from_drawing.collect(), &[]);
     there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
@@ -152,14 +151,14 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
     // may use all that shows in the noise; beside laws that are not fitted yet, directions that hardly show are where a fit runs
     // away to make up for them.
     let left = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt();
-    let level = if fitted.hypothesis.is_linear() { left.min(1.0) } else { left };
+    let has_added = fitted.free.iter().any(|parameter| parameter.is_added);
+    let level = if has_added { left } else { left.min(1.0) };
     for (index, column) in columns.into_iter().enumerate() {
         let whole = dot(&column, &column).sqrt();
         let mut rest = column.clone();
         basis.remove_from(&mut rest);
         let own = dot(&rest, &rest).sqrt();
-        let is_law = fitted.free[index].path.starts_with("physics.");
-        if (is_law || own > VISIBLE * level) && own > 1e-5 * whole {
+        if (fitted.free[index].is_added || own > VISIBLE * level) && own > 1e-5 * whole {
             basis.push(column);
             kept.push(index);
         } else {

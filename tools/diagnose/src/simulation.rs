@@ -16,9 +16,16 @@ const SMOOTH_DITHER: f64 = 0.1;
 #[derive(Debug, Clone)]
 pub(crate) struct Hypothesis {
     pub(crate) model: Model,
+    /// Its first laws are the given model's own, as many as this; the others were added.
+    pub(crate) own_laws: usize,
 }
 
 impl Hypothesis {
+    /// A model as given.
+    pub(crate) fn given(model: &Model) -> Self {
+        Self { model: model.clone(), own_laws: model.setup().physics.len() }
+    }
+
     /// The same with other values of some parameters; `None` where the model would not be one any more.
     pub(crate) fn with_values(&self, free: &[FreeParameter], values: &[f64]) -> Option<Self> {
         let mut moved = self.clone();

@@ -169,6 +169,7 @@ fn stood_for(stand_ins: &StandIns, candidates: &[Candidate]) -> Option<Tie> {
             .free
             .iter()
             .zip(&member.fitted.values)
+            .filter(|(parameter, _)| parameter.is_added)
             .filter_map(|(parameter, value)| {
                 let (_, name) = parameter.path.strip_prefix("physics.")?.split_once('.')?;
                 Some(format!("{} {value:.4}", name.replace('_', " ")))

@@ -112,6 +112,7 @@ impl BeamAlone {
                 Record::new(&recording, Role::Train, &cut, None, study.fastest_hz).ok()
             })
             .collect();
+        let cut = Hypothesis::given(&cut);
         let free: Vec<FreeParameter> = free_parameters(&cut)
             .into_iter()
             .filter(|parameter| {
@@ -122,7 +123,7 @@ impl BeamAlone {
         let fitted = {
             let weights = vec![vec![1.0 / floor]; records.len()];
             let stack = Stack { records: records.iter().collect(), weights, patience: None };
-            fit(&stack, &Hypothesis { model: cut }, &free, &start, &[], Effort::COMPARE)?
+            fit(&stack, &cut, &free, &start, &[], Effort::COMPARE)?
         };
         Some(Self { records, fitted, floor })
     }

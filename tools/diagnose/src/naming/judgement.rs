@@ -97,8 +97,7 @@ impl Search<'_> {
         screened: &[Screened],
     ) -> (Vec<Tried>, Vec<Member>) {
         let stack = self.study.stack(Role::Train);
-        let is_law = |path: &str| path.starts_with("physics.");
-        let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &is_law);
+        let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &|parameter| parameter.is_added);
         let stable = self.is_stable(chosen);
         let rest = self.structured_rest(chosen);
         let cut_short = cut_short && self.leaves_more_than_noise(chosen);

@@ -112,7 +112,7 @@ impl Search<'_> {
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column.clone()));
         // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
-        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.path.starts_with("physics."));
+        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.is_added);
         let own: Vec<Vec<f64>> =
             own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
         let only_decays = stack.records.iter().all(|record| record.input.is_none());

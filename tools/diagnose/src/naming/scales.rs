@@ -192,7 +192,7 @@ mod tests {
         let recording = simulate(&truth, &commanded).unwrap();
         let travel = |given: &Model| {
             let record = Record::new(&recording, Role::Train, given, None, None).unwrap();
-            let hypothesis = Hypothesis { model: given.clone() };
+            let hypothesis = Hypothesis::given(given);
             let scales = Scales::new(&hypothesis, &[record], &[vec![0.0; 2]]).unwrap();
             scales.at(&hypothesis, "slider").unwrap().travel
         };

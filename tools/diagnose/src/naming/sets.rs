@@ -7,7 +7,7 @@ use super::gates::compare;
 use super::selection::Search;
 use super::trials::Candidate;
 use crate::fit::{Effort, Fitted, Others, fit, fit_near};
-use crate::parameters::FreeParameter;
+use crate::parameters::{AS_GIVEN, FreeParameter};
 use crate::refit::refit_beside_laws;
 use crate::simulation::Hypothesis;
 use crate::stacking::RecordFit;
@@ -147,7 +147,7 @@ impl Search<'_> {
         self.rounds = std::sync::Mutex::default();
         let stack = self.study.stack(Role::Train).until(self.patience);
         let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
-        let mut hypothesis = Hypothesis { model: self.given.clone() };
+        let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = laws;
         let fitted = refit_beside_laws(&stack, &hypothesis, &member.fitted);
         fitted.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
@@ -165,9 +165,6 @@ fn renumbered(path: &str, removed: usize) -> String {
     }
 }
 
-/// Parameters that stay as tried: what the others already determine.
-const KEPT: [&str; 5] = ["gamma", "rest_position", "step", "viscous_forward", "viscous_backward"];
-
 /// The free parameters of a law just added as number `number`.
 pub(crate) fn law_parameters(
     model: &stillbeam_plant::Model,
@@ -184,7 +181,7 @@ pub(crate) fn law_parameters(
             let name = parameter.path.strip_prefix(&own)?.to_owned();
             let given = *physics.parameters.get(&name)?;
             // A limit that does not limit is no parameter.
-            if !given.is_finite() || KEPT.contains(&name.as_str()) {
+            if !given.is_finite() || AS_GIVEN.contains(&name.as_str()) {
                 return None;
             }
             let range = candidate.ranges.iter().find(|(ranged, ..)| *ranged == name);
@@ -196,6 +193,7 @@ pub(crate) fn law_parameters(
                 given,
                 lower: parameter.lower.max(least),
                 upper: parameter.upper.min(most),
+                is_added: true,
             })
         })
         .collect()

@@ -150,9 +150,7 @@ impl Search<'_> {
             });
         let plausible =
             |place: usize| !moved_too_far(&fitted.free[place], fitted.values[place], errors[place]);
-        let others_stay = (0..fitted.free.len())
-            .filter(|&place| !fitted.free[place].path.starts_with("physics."))
-            .all(plausible);
+        let others_stay = (0..fitted.free.len()).filter(|&place| !fitted.free[place].is_added).all(plausible);
         (determined && others_stay).then(|| self.member(vec![index], fitted))?
     }
 }

@@ -1,0 +1,72 @@
+//! Laws that the given model already has are its own: what is wrong with their numbers is a wrong parameter, not missing physics.
+
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
+use stillbeam_diagnose::{Options, Verdict, diagnose};
+use stillbeam_plant::{Model, simulate};
+use stillbeam_recording::Recording;
+
+const CARRIAGE: &str = r#"
+    schema = 1
+    kind = "lumped"
+    [[body]]
+    name = "carriage"
+    mass = 2.0
+    [[spring]]
+    between = ["carriage", "ground"]
+    stiffness = 300.0
+    [[damper]]
+    between = ["carriage", "ground"]
+    damping = 3.0
+    [input]
+    column = "force_N"
+    body = "carriage"
+    [[output]]
+    column = "position_m"
+    body = "carriage"
+    [[physics]]
+    id = "coulomb_friction"
+    location = "carriage"
+    parameters = { force = 1.0 }
+"#;
+
+fn recorded(model: &Model, amplitude: f64, frequency_hz: f64, seed: u64) -> Recording {
+    let time_s: Vec<f64> = (0..20_000).map(|k| 0.001 * f64::from(k)).collect();
+    let force = time_s.iter().map(|t| {
+        amplitude * ((std::f64::consts::TAU * frequency_hz * t).sin() + (2.9 * t * (1.0 + 0.2 * t)).sin())
+    });
+    let driven =
+        Recording::new(format!("run {seed}"), time_s.clone()).with_column("force_N", force.collect());
+    let fine = simulate(model, &driven).unwrap();
+    let every_tenth = |samples: &[f64]| samples.iter().step_by(10).copied().collect::<Vec<f64>>();
+    let mut recording = Recording::new(format!("run {seed}"), every_tenth(&fine.time_s));
+    for column in &fine.columns {
+        recording = recording.with_column(&column.name, every_tenth(&column.samples));
+    }
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    for column in recording.columns.iter_mut().filter(|column| column.name == "position_m") {
+        for value in &mut column.samples {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            *value += 1e-5 * draw;
+        }
+    }
+    recording
+}
+
+#[test]
+fn a_law_given_with_a_wrong_size_is_a_wrong_parameter() {
+    let given = Model::from_toml("carriage.toml", CARRIAGE).unwrap();
+    let mut truth = given.clone();
+    truth.set_parameter("physics.1.force", 1.6).unwrap();
+    truth.set_parameter("body.carriage.mass", 2.05).unwrap();
+    let train = [recorded(&truth, 6.0, 1.1, 1), recorded(&truth, 12.0, 1.4, 2)];
+    let held_out = [recorded(&truth, 9.0, 1.3, 3)];
+    let found = diagnose(&given, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+    let change = found.parameter_changes.iter().find(|change| change.path == "physics.1.force").unwrap();
+    assert!((change.to - 1.6).abs() < 4.0 * change.stderr, "{} ± {}", change.to, change.stderr);
+    assert!(change.stderr < 0.02, "{}", change.stderr);
+    let refitted = found.refitted_model.setup().physics[0].parameters["force"];
+    assert!((refitted - change.to).abs() < 1e-12);
+}

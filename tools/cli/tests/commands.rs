@@ -320,3 +320,39 @@ fn identified_modes_go_onto_a_board_with_their_boxes() {
     let run = stillbeam(&["apply", &file, "--port", "core"]);
     assert!(run.code == 2 && run.messages.contains("no standard errors"), "{}", run.messages);
 }
+
+/// A loop hides how wrong a friction is; its force as recorded does not. What is written is the model with its controller again.
+#[test]
+fn a_refit_open_loop_moves_the_laws_that_the_model_has_and_keeps_its_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let axis = |force: f64| {
+        format!(
+            "schema = 1\nkind = \"lumped\"\n[[body]]\nname = \"slider\"\nmass = 40.0\n\
+            [[damper]]\nbetween = [\"slider\", \"ground\"]\ndamping = 200.0\n\
+            [input]\ncolumn = \"motor_force_N\"\nbody = \"slider\"\n[[output]]\ncolumn = \"position_m\"\nbody = \"slider\"\n\
+            [controller]\nkind = \"cascade_pd\"\nkp = 60.0\nkv = 3000.0\nsample_s = 0.002\nreference_column = \"reference_m\"\n\
+            [[physics]]\nid = \"coulomb_friction\"\nlocation = \"slider\"\nparameters = {{ force = {force:?} }}\n"
+        )
+    };
+    std::fs::write(path("true.toml"), axis(12.0)).unwrap();
+    std::fs::write(path("given.toml"), axis(9.0)).unwrap();
+    for (name, rate) in [("first", 1.3), ("second", 2.1)] {
+        let line = |k: u32| {
+            let t = 0.002 * f64::from(k);
+            format!("{t:.3},{:.6},0\n", 0.1 * (1.0 - (rate * t).cos()))
+        };
+        let lines: String = (0..4000).map(line).collect();
+        std::fs::write(path("asked.csv"), format!("time_s,reference_m,motor_force_N\n{lines}")).unwrap();
+        let run = path(&format!("{name}.csv"));
+        accepted(&["simulate", &path("true.toml"), "--input", &path("asked.csv"), "--out", &run]);
+    }
+    let (given, first, second) = (path("given.toml"), path("first.csv"), path("second.csv"));
+    let refitted = path("refitted.toml");
+    let files = ["diagnose", &given, &first, "--held-out", &second, "--refitted-model", &refitted];
+    accepted(&[&files[..], &["--open-loop", "--processor-limit", "1"]].concat());
+    let refitted = stillbeam_plant::Model::read(std::path::Path::new(&refitted)).unwrap();
+    let force = refitted.setup().physics[0].parameters["force"];
+    assert!((force - 12.0).abs() < 0.5, "{force}");
+    assert!(refitted.setup().controller.is_some());
+}

@@ -35,6 +35,9 @@ pub struct DiagnoseArgs {
     held_out: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadArgs,
+    /// Take the recorded input as it is, even if the model has a controller and the recordings its reference
+    #[arg(long)]
+    open_loop: bool,
     /// Write JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
@@ -44,6 +47,9 @@ pub struct DiagnoseArgs {
     /// Write the refitted model, with the physics found, to this file, for `simulate`
     #[arg(long, value_name = "FILE.toml")]
     extended_model: Option<String>,
+    /// Write the given model, only its own parameters refitted, those of the laws it has with them, to this file, whatever was found
+    #[arg(long, value_name = "FILE.toml")]
+    refitted_model: Option<String>,
     /// Also try the diagnosis on this very experiment with a known truth: this many times nothing missing, half as often the
     /// physics found present, once with it struck from the catalogue. Takes as many times longer
     #[arg(long, value_name = "RUNS", num_args = 0..=1, default_missing_value = "6")]
@@ -70,10 +76,19 @@ impl DiagnoseArgs {
         let inputs = std::iter::once(&self.model).chain(&self.recordings).chain(&self.held_out);
         keep_apart(
             inputs.map(PathBuf::as_path),
-            [self.json.as_deref(), self.report.as_deref(), self.extended_model.as_deref()],
+            [&self.json, &self.report, &self.extended_model, &self.refitted_model].map(Option::as_deref),
         )?;
         self.check_roles()?;
-        let model = Model::read(&self.model)?;
+        let mut model = Model::read(&self.model)?;
+        let controller = model.setup().controller.clone();
+        if self.open_loop {
+            model.setup_mut().controller = None;
+        }
+        let written = |found: &Model| {
+            let mut model = found.clone();
+            model.setup_mut().controller.clone_from(&controller);
+            model.to_toml()
+        };
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
             paths.iter().map(|path| self.reading.read(path, streams)).collect()
         };
@@ -101,10 +116,13 @@ impl DiagnoseArgs {
         if let Some(file) = &self.report {
             streams.write_text(file, &diagnose_page(&found))?;
         }
+        if let Some(file) = &self.refitted_model {
+            streams.write_text(file, &written(&found.refitted_model)?)?;
+        }
         match (&self.extended_model, &found.extended_model) {
-            (Some(file), Some(extended)) => streams.write_text(file, &extended.to_toml()?)?,
+            (Some(file), Some(extended)) => streams.write_text(file, &written(extended)?)?,
             (Some(file), None) if found.verdict == Verdict::Adequate => {
-                streams.write_text(file, &found.refitted_model.to_toml()?)?;
+                streams.write_text(file, &written(&found.refitted_model)?)?;
                 streams.say(&format!(
                     "nothing had to be added: {file} holds the given model with its parameters refitted"
                 ));

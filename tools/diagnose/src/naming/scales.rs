@@ -43,6 +43,8 @@ impl Scales {
         for (record, start) in records.iter().zip(starts) {
             let zeros = vec![0.0; record.time_s.len()];
             let input = record.input.as_deref().unwrap_or(&zeros);
+            // What a driven recording began with may have died before anything was read, and then is anything.
+            let start = if record.input.is_some() { &[][..] } else { start };
             let moved = moved(hypothesis, &space, record, start, input)?;
             for (point, [displacements, velocities]) in space.points().iter().zip(&moved) {
                 let displacement = spread(displacements);
@@ -197,6 +199,11 @@ mod tests {
             scales.at(&hypothesis, "slider").unwrap().travel
         };
         assert!((travel(&given) - 0.2).abs() < 0.01, "{}", travel(&given));
+        let record = Record::new(&recording, Role::Train, &given, None, None).unwrap();
+        let hypothesis = Hypothesis::given(&given);
+        let from_anywhere = Scales::new(&hypothesis, &[record], &[vec![7.0, -30.0]]).unwrap();
+        let found = from_anywhere.at(&hypothesis, "slider").unwrap().travel;
+        assert!((found - 0.2).abs() < 0.01, "a start that nothing shows counts for nothing: {found}");
         let mut open = given;
         open.setup_mut().controller = None;
         assert!(travel(&open) > 1.0, "without its loop it wanders off: {}", travel(&open));

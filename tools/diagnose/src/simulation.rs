@@ -74,6 +74,12 @@ impl Hypothesis {
         linear
     }
 
+    /// Whether the readings of a column are known to have no offset.
+    pub(crate) fn zero_is_known(&self, column: &str) -> bool {
+        let mut sensors = self.model.setup().sensors.iter();
+        sensors.any(|sensor| sensor.zero_known && sensor.column == column)
+    }
+
     /// Whether initial states only add their free response.
     pub(crate) fn is_linear(&self) -> bool {
         self.model.setup().physics.is_empty()

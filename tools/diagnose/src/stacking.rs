@@ -129,7 +129,10 @@ impl Stack<'_> {
         if !hypothesis.is_linear() {
             columns = self.state_responses(index, hypothesis, initial, columns)?;
         }
-        for which in 0..record.outputs.len() {
+        for (which, output) in record.outputs.iter().enumerate() {
+            if hypothesis.zero_is_known(&output.column) {
+                continue;
+            }
             let outputs = record.outputs.iter().enumerate();
             let signals: Vec<Vec<f64>> =
                 outputs.map(|(k, output)| vec![f64::from(k == which); output.at.len()]).collect();

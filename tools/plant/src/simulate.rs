@@ -5,7 +5,7 @@ use stillbeam_recording::Recording;
 use crate::advances::Advances;
 use crate::catalogue::{Action, action};
 use crate::error::PlantError;
-use crate::model::{DriveLimits, FORCE, Model};
+use crate::model::{DriveLimits, FORCE, Model, Sensor};
 use crate::nonlinear::{Dense, Machine, Sensing};
 use crate::prescribed_base::ModalState;
 use crate::stamps::Stamps;
@@ -142,7 +142,7 @@ pub(crate) fn is_linear(model: &Model) -> Result<bool, PlantError> {
         }
     }
     let setup = model.setup();
-    Ok(setup.drive_limits == DriveLimits::default() && setup.sensors.is_empty())
+    Ok(setup.drive_limits == DriveLimits::default() && setup.sensors.iter().all(Sensor::is_ideal))
 }
 
 /// Runs a model with left-out physics, a controller or sensors.

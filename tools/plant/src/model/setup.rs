@@ -91,9 +91,18 @@ pub struct Sensor {
     pub quantum: f64,
     /// Seed of the noise.
     pub seed: u64,
+    /// Whether its readings are known to have no offset. That of others is what a recording makes of it, and says nothing of forces
+    /// that are always there.
+    pub zero_known: bool,
 }
 
 impl Sensor {
+    /// Whether what it says is what there is.
+    pub(crate) fn is_ideal(&self) -> bool {
+        let ideal = Self::ideal(self.column.as_str());
+        *self == Self { kind: self.kind, seed: self.seed, zero_known: self.zero_known, ..ideal }
+    }
+
     /// A perfect sensor of a column.
     pub fn ideal(column: impl Into<String>) -> Self {
         Self {
@@ -105,6 +114,7 @@ impl Sensor {
             noise_rms: 0.0,
             quantum: 0.0,
             seed: 0,
+            zero_known: false,
         }
     }
 }

@@ -63,6 +63,8 @@ pub(super) struct SensorTable {
     quantum: f64,
     #[serde(default)]
     seed: u64,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    zero_known: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -126,6 +128,7 @@ impl SetupTables {
                     noise_rms: table.noise_rms,
                     quantum: table.quantum,
                     seed: table.seed,
+                    zero_known: table.zero_known,
                 })
                 .collect(),
             physics: self
@@ -176,6 +179,7 @@ impl SetupTables {
                     noise_rms: sensor.noise_rms,
                     quantum: sensor.quantum,
                     seed: sensor.seed,
+                    zero_known: sensor.zero_known,
                 })
                 .collect(),
             physics: setup

@@ -32,7 +32,7 @@ impl Sensing {
     pub(crate) fn new(model: &Model) -> Result<Self, PlantError> {
         let columns = model.output_columns();
         let mut channels: Vec<Channel> = columns.iter().map(|_| Channel::default()).collect();
-        for sensor in &model.setup().sensors {
+        for sensor in model.setup().sensors.iter().filter(|sensor| !sensor.is_ideal()) {
             for (channel, column) in channels.iter_mut().zip(&columns) {
                 if *column == sensor.column {
                     channel.exposure_s += sensor.exposure_s;

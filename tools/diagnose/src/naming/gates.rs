@@ -184,6 +184,9 @@ const DISAGREES_P: f64 = 1e-5;
 /// ... it matters: a half recording's own value is off by this share.
 const DISAGREES_BY: f64 = 0.2;
 
+/// Name of the gate of strengths that are larger than their errors.
+pub(super) const DETERMINED: &str = "determined";
+
 /// Name of the gate of the held-out recordings.
 const HELD_OUT: &str = "held out";
 
@@ -231,7 +234,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         .min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((name, t)) = weakest {
         let passed = t > options.training_gate;
-        gates.push(gate("determined", passed, format!("{name} is {t:.1} standard errors from zero")));
+        gates.push(gate(DETERMINED, passed, format!("{name} is {t:.1} standard errors from zero")));
     }
     let share = trialled.share();
     gates.push(gate(

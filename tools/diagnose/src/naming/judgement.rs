@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
+use super::gates::{Closer, DETERMINED, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::{contains, leaves_open};
 use super::rounds::Tried;
 use super::screening::{Screened, own_share};
@@ -226,7 +226,7 @@ impl Search<'_> {
             && other
                 .gates
                 .iter()
-                .all(|gate| gate.passed || ["determined", "bounds"].contains(&gate.name.as_str()))
+                .all(|gate| gate.passed || [DETERMINED, "bounds"].contains(&gate.name.as_str()))
     }
 
     /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks

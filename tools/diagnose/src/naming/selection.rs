@@ -12,6 +12,7 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 use stillbeam_plant::Model;
 
+use super::gates::DETERMINED;
 use super::rounds::{Round, Tried};
 use super::screening::Screened;
 use super::sets::Member;
@@ -91,7 +92,8 @@ impl Search<'_> {
                 screened_first = screened;
                 tried_first.clone_from(&tried);
             }
-            let Some(best) = self.simplest_of_the_best(tried) else {
+            let richer = || self.richer_in_place(&chosen, &tried);
+            let Some(best) = self.simplest_of_the_best(&tried).or_else(richer) else {
                 if self.is_over() && !chosen.laws.is_empty() {
                     left_out.push("further laws");
                 }
@@ -121,15 +123,36 @@ impl Search<'_> {
 
     /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is not
     /// significantly better: a law that contains another (Stribeck contains Coulomb) always fits a little better.
-    fn simplest_of_the_best(&self, tried: Vec<Tried>) -> Option<Tried> {
-        let passing: Vec<Tried> = tried.into_iter().filter(Tried::passes).collect();
-        let best = passing.iter().min_by(|a, b| by_fit(a, b))?;
+    fn simplest_of_the_best(&self, tried: &[Tried]) -> Option<Tried> {
+        let passing: Vec<&Tried> = tried.iter().filter(|tried| tried.passes()).collect();
+        let best = passing.iter().copied().min_by(|a, b| by_fit(a, b))?;
         let size = |tried: &Tried| tried.member.fitted.free.len();
         let as_good = |other: &&Tried| {
             size(other) < size(best) && self.better_by(&other.member, &best.member) < self.options.separation
         };
-        let simpler = passing.iter().filter(as_good).min_by(|a, b| size(a).cmp(&size(b)).then(by_fit(a, b)));
+        let simpler =
+            passing.iter().copied().filter(as_good).min_by(|a, b| size(a).cmp(&size(b)).then(by_fit(a, b)));
         Some(simpler.unwrap_or(best).clone())
+    }
+
+    /// A law that would pass but for sharing its strength with one that is there does that one's work too, and something else may do
+    /// the rest of it: friction with a dip at low speed beside friction that differs by direction is friction with a dip beside
+    /// a constant force. The set with such a law in the other's place, if it is beyond doubt better than the one that is there.
+    fn richer_in_place(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
+        let shares = |tried: &&Tried| {
+            let mut failed = tried.gates.iter().filter(|gate| !gate.passed);
+            failed.next().is_some_and(|gate| gate.name == DETERMINED) && failed.next().is_none()
+        };
+        let richer = tried.iter().filter(shares).min_by(|a, b| by_fit(a, b))?;
+        let instead = (0..chosen.laws.len()).filter_map(|place| {
+            let without = self.without(&richer.member, place)?;
+            let (_, tried) = self.round(&without);
+            let old = chosen.laws[place];
+            let others: Vec<Tried> = tried.into_iter().filter(|tried| tried.candidate != old).collect();
+            self.simplest_of_the_best(&others)
+        });
+        let better = |tried: &Tried| self.better_by(chosen, &tried.member) > self.options.separation;
+        instead.filter(better).min_by(by_fit)
     }
 
     /// Deletes laws that are not missed.
@@ -162,7 +185,8 @@ impl Search<'_> {
             let Some(without) = self.without(&member, place) else { continue };
             let old = member.laws[place];
             let (_, tried) = self.round(&without);
-            let best = self.simplest_of_the_best(tried.into_iter().filter(|t| t.candidate != old).collect());
+            let others: Vec<Tried> = tried.into_iter().filter(|tried| tried.candidate != old).collect();
+            let best = self.simplest_of_the_best(&others);
             if let Some(best) = best
                 && best.member.fitted.sum_of_squares < member.fitted.sum_of_squares
                 && self.better_by(&member, &best.member) > 0.0

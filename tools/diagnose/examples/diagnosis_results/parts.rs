@@ -304,6 +304,7 @@ fn laws(plan: &Plan, benches: &mut Benches, log: &mut Log) {
                         sensitivity.effect(std::slice::from_ref(&law)).1
                     );
                     let noise = sensitivity.noise_rms.clone();
+                    let law = sensitivity.as_seen(&law);
                     log.case("laws", &name, case.bench, &[law], (&noise, 0.0), 0, &[], seed);
                 }
             }
@@ -357,7 +358,7 @@ fn left_out(plan: &Plan, benches: &mut Benches, log: &mut Log) {
             let sensitivity = benches.of(case.bench, 45.0);
             let Some(strength) = sensitivity.strength(&case, 30.0 * LIMIT) else { continue };
             let noise = sensitivity.noise_rms.clone();
-            let law = (case.law)(strength);
+            let law = sensitivity.as_seen(&(case.law)(strength));
             log.case("left-out", &name, case.bench, &[law], (&noise, 0.0), 0, &[case.id], seed);
         }
     }
@@ -385,7 +386,7 @@ fn absorbed(plan: &Plan, benches: &mut Benches, log: &mut Log) {
             let sensitivity = benches.of(case.bench, 45.0);
             let Some(strength) = sensitivity.strength(&case, 10.0 * LIMIT) else { continue };
             let noise = sensitivity.noise_rms.clone();
-            let law = (case.law)(strength);
+            let law = sensitivity.as_seen(&(case.law)(strength));
             log.case("absorbed", &name, case.bench, &[law], (&noise, 0.0), 0, &[], seed);
         }
     }

@@ -134,9 +134,17 @@ impl Sensitivity {
         Self { bench, trained, held_out, noise_rms, absorbing, follows }
     }
 
+    /// A law as the sensors see it. Noise before a rounding blurs its steps: all that is seen of them is the mean over the noise, and of
+    /// steps below the noise nothing but a little more noise.
+    pub fn as_seen(&self, law: &Physics) -> Physics {
+        if law.id == "quantisation" { law.clone().with("dither", self.noise_rms[0]) } else { law.clone() }
+    }
+
     /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
     /// this one contains: what they could do is not its own.
     pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
+        let laws: Vec<Physics> = laws.iter().map(|law| self.as_seen(law)).collect();
+        let laws = &laws[..];
         let change = |role: &Role, laws: &[Physics]| role.change(self.bench, laws, &self.noise_rms);
         let mut absorbing = self.absorbing.clone();
         let mut follows = self.follows.clone();
@@ -172,24 +180,73 @@ impl Sensitivity {
             let contained: Vec<Physics> = case.contained.iter().map(|make| make(&law)).collect();
             self.effect_beside(&[law], &contained).0
         };
-        let mut strength = 1.0;
-        for _ in 0..14 {
-            let seen = at(strength);
-            if (seen / wanted).ln().abs() < 0.1 {
-                return Some(strength);
-            }
-            if !seen.is_finite() {
-                strength *= 0.1;
-                continue;
-            }
-            strength *= (wanted / seen.max(1e-9 * wanted)).powf(0.8).clamp(0.02, 50.0);
-        }
-        let seen = at(strength);
-        ((seen / wanted).ln().abs() < 0.4).then_some(strength)
+        strength_of(&at, wanted)
     }
+}
+
+/// Steps to a strength at most.
+const STEPS: usize = 20;
+
+/// The strength at which an effect that grows with it is as large as wanted; `None` where that is not found. An effect may grow as
+/// slowly as its root or as steeply as steps that rise out of the noise: where a guess from its size leaves what is known
+/// to lie too low and too high, the middle is taken.
+fn strength_of(effect: &dyn Fn(f64) -> f64, wanted: f64) -> Option<f64> {
+    let (mut strength, mut too_weak, mut too_strong) = (1.0_f64, 0.0_f64, f64::INFINITY);
+    let mut seen = f64::NAN;
+    for _ in 0..STEPS {
+        seen = effect(strength);
+        if (seen / wanted).ln().abs() < 0.1 {
+            return Some(strength);
+        }
+        if seen.is_finite() && seen < wanted {
+            too_weak = too_weak.max(strength);
+        } else {
+            too_strong = too_strong.min(strength);
+        }
+        let guess = if seen.is_finite() {
+            strength * (wanted / seen.max(1e-9 * wanted)).powf(0.8).clamp(0.02, 50.0)
+        } else {
+            0.1 * strength
+        };
+        let between = too_weak > 0.0 && too_strong.is_finite() && too_weak < too_strong;
+        strength = if between && !(too_weak < guess && guess < too_strong) {
+            (too_weak * too_strong).sqrt()
+        } else {
+            guess
+        };
+    }
+    ((seen / wanted).ln().abs() < 0.4).then_some(strength)
 }
 
 fn flat(recordings: &[Recording], noise_rms: &[f64]) -> Vec<f64> {
     let columns = recordings.iter().flat_map(|recording| recording.columns.iter().skip(1).zip(noise_rms));
     columns.flat_map(|(column, rms)| column.samples.iter().map(move |value| value / rms)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cases::cases;
+    use crate::truth::RESULT_RUNS;
+
+    #[test]
+    fn a_rounding_is_at_its_limit_where_its_steps_rise_out_of_the_noise() {
+        let sensitivity = Sensitivity::new(Bench::MovedBase, &RESULT_RUNS[..1], &[], 45.0);
+        let noise = sensitivity.noise_rms[0];
+        let case = cases().into_iter().find(|case| case.id == "quantisation").unwrap();
+        let fine = Physics::new("quantisation", "sensor").with("step", noise);
+        assert!(sensitivity.effect(&[fine]).0 < 0.1, "steps of one standard deviation are noise");
+        let strength = sensitivity.strength(&case, 5.0).unwrap();
+        let steps = (case.law)(strength).parameters["step"] / noise;
+        assert!((1.5..4.0).contains(&steps), "{steps} standard deviations");
+    }
+
+    #[test]
+    fn a_strength_is_found_where_the_effect_grows_slowly_or_rises_steeply() {
+        for effect in [|s: f64| s.sqrt(), |s: f64| 30.0 * (-20.0 / (s * s)).exp() * s, |s: f64| s.powi(4)] {
+            let strength = strength_of(&effect, 5.0).unwrap();
+            assert!((effect(strength) / 5.0).ln().abs() < 0.1);
+        }
+        assert_eq!(strength_of(&|s: f64| s / (1.0 + s), 5.0), None);
+    }
 }

@@ -125,7 +125,7 @@ impl Bench {
         model
     }
 
-    /// The machine as some drawings say: stiffness, masses and friction up to 5 %, damping up to 20 % off.
+    /// The machine as some drawings say: stiffness, density, masses and friction up to 5 %, sections up to 2 %, damping up to 20 % off.
     pub fn wrong_model_of(self, seed: u64) -> Model {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
         let mut model = self.model();
@@ -135,6 +135,11 @@ impl Bench {
             ("beam.damping_ratio.2", 0.2),
             ("base.mass_kg", 0.05),
             ("base.viscous_N_s_m", 0.05),
+            ("beam.density_kg_m3", 0.05),
+            ("beam.width_m.1", 0.02),
+            ("beam.width_m.2", 0.02),
+            ("beam.thickness_m.1", 0.02),
+            ("beam.thickness_m.2", 0.02),
         ] {
             let draw: f64 = StandardUniform.sample(&mut random);
             let value = model.parameter(path).unwrap();

@@ -36,53 +36,22 @@ fn squares(fits: &[RecordFit]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::{Model, Physics, simulate};
-    use stillbeam_recording::Recording;
+    use stillbeam_plant::{Model, Physics};
 
     use super::*;
     use crate::comparison::compare;
+    use crate::naming::on_a_spring::{machine, runs};
     use crate::options::Options;
     use crate::patience::Patience;
     use crate::simulation::Hypothesis;
     use crate::study::Study;
 
-    const MACHINE: &str = r#"
-        schema = 1
-        kind = "lumped"
-        [[body]]
-        name = "mass"
-        mass = 2.0
-        [[spring]]
-        between = ["mass", "ground"]
-        stiffness = 300.0
-        [[damper]]
-        between = ["mass", "ground"]
-        damping = 3.0
-        [input]
-        column = "force_N"
-        body = "mass"
-        [[output]]
-        column = "position_m"
-        body = "mass"
-    "#;
-
-    /// Runs of this machine at these amplitudes, from 0.5 to 5 Hz.
-    fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
-        let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
-        let sweep = |t: f64| (std::f64::consts::TAU * (0.5 * t + 0.1125 * t * t)).sin();
-        let run = |(k, amplitude): (usize, &f64)| {
-            let force = time_s.iter().map(|t| amplitude * sweep(*t)).collect();
-            let commanded = Recording::new(format!("run {k}"), time_s.clone()).with_column("force_N", force);
-            simulate(machine, &commanded).unwrap()
-        };
-        amplitudes.iter().enumerate().map(run).collect()
-    }
-
     /// Where the first law is looked for on a machine, beside the refit to runs at 10 and 12 N; the run that is held out is at 1 N.
     fn looked_for_at(truth: &Model) -> (Model, Option<Member>) {
-        let given = Model::from_toml("machine.toml", MACHINE).unwrap();
-        let mut study = Study::new(&given, &runs(truth, &[10.0, 12.0]), &runs(truth, &[1.0])).unwrap();
-        let compared = compare(&mut study, &Hypothesis { model: given.clone() }).unwrap();
+        let given = machine();
+        let mut study =
+            Study::new(&given, &runs(truth, &[10.0, 12.0], 0.0), &runs(truth, &[1.0], 0.0)).unwrap();
+        let compared = compare(&mut study, &Hypothesis::given(&given)).unwrap();
         let options = Options::default();
         let search = Search {
             given_laws: 0,
@@ -103,7 +72,7 @@ mod tests {
 
     #[test]
     fn a_refit_that_has_run_away_gives_way_to_the_drawing() {
-        let mut truth = Model::from_toml("machine.toml", MACHINE).unwrap();
+        let mut truth = machine();
         truth.setup_mut().physics = vec![Physics::new("saturation", "drive").with("limit", 3.0)];
         let (refitted, drawing) = looked_for_at(&truth);
         let heavier = refitted.parameter("body.mass.mass").unwrap();
@@ -117,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_refit_that_has_learnt_the_machine_stays() {
-        let mut truth = Model::from_toml("machine.toml", MACHINE).unwrap();
+        let mut truth = machine();
         truth.set_parameter("body.mass.mass", 2.2).unwrap();
         let (refitted, drawing) = looked_for_at(&truth);
         assert!((refitted.parameter("body.mass.mass").unwrap() - 2.2).abs() < 0.01);

@@ -4,6 +4,8 @@ mod from_drawing;
 pub(crate) mod gates;
 mod judgement;
 mod nested;
+#[cfg(test)]
+mod on_a_spring;
 pub(crate) mod rounds;
 pub(crate) mod same_force;
 pub(crate) mod scales;

@@ -26,7 +26,7 @@ use crate::result::{
 };
 use crate::simulation::Hypothesis;
 use crate::study::{OnAll, Study};
-use crate::verdict::{effects, moved_cap, rows, ties, verdict};
+use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict};
 use crate::wording::sizes;
 
 /// What a diagnosis is doing.
@@ -142,6 +142,8 @@ pub fn diagnose(
     study.caps.extend(time_cap(&selection, options));
     study.caps.extend(moved_cap(&stand_ins));
     let effects = if explains { effects(&selection, &candidates, samples) } else { Vec::new() };
+    let unconfirmed =
+        if verdict == Verdict::Unexplained { unconfirmed(&selection, &candidates) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
     // A refit without what is missing bends the model's own parameters to make up for it.
     let corrected = if extended.is_some() { &selection.chosen.fitted } else { &compared.refitted };
@@ -151,7 +153,8 @@ pub fn diagnose(
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: sentence(verdict, &effects, &fit),
+        sentence: sentence(verdict, &effects, &unconfirmed, &fit),
+        unconfirmed,
         caps: study.caps.clone(),
         ties: if explains { ties(&selection, &stand_ins, &candidates) } else { Vec::new() },
         candidates: rows(&selection, &candidates, options.training_gate, explains),
@@ -196,7 +199,7 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
 }
 
 /// The verdict in words, with the numbers of the first output that was recorded.
-fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
+fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &Fits) -> String {
     let pooled =
         fit.pooled.iter().find(|pooled| pooled.role == RecordRole::HeldOut).or_else(|| fit.pooled.first());
     let numbers = pooled.map_or_else(String::new, |pooled| {
@@ -215,6 +218,11 @@ fn sentence(verdict: Verdict, effects: &[Effect], fit: &Fits) -> String {
     match verdict {
         Verdict::Adequate => format!(
             "Nothing is missing: refitted within its own parameters the model explains the recordings down to the noise. {numbers}"
+        ),
+        Verdict::Unexplained if !unconfirmed.is_empty() => format!(
+            "Something is missing, and the recordings do not settle what: {} would explain those trained on, and those held out neither confirm \
+             nor contradict it. {numbers}",
+            unconfirmed.join(" or ")
         ),
         Verdict::Unexplained => {
             format!("Something is missing that no law of the catalogue explains. {numbers}")
@@ -293,4 +301,22 @@ fn overlays(
         }
     }
     overlays
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn laws_that_nothing_confirms_are_said_where_nothing_is_named() {
+        let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
+        let said = |verdict: Verdict, unconfirmed: &[&str]| {
+            let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
+            sentence(verdict, &[], &unconfirmed, &fit)
+        };
+        let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
+        assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");
+        assert!(open.contains("neither confirm nor contradict"), "{open}");
+        assert!(said(Verdict::Unexplained, &[]).contains("no law of the catalogue"));
+    }
 }

@@ -286,6 +286,8 @@ pub struct Diagnosis {
     pub fit: Fits,
     /// Candidates that cannot be told apart.
     pub ties: Vec<Tie>,
+    /// Where nothing is named: laws that explain the training recordings, and that the held-out ones neither confirm nor contradict.
+    pub unconfirmed: Vec<String>,
     /// The run that would tell the tied candidates apart, as a line for the board's console.
     pub next_experiment: Option<String>,
     /// What is to be expected of it.

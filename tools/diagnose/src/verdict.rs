@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use stillbeam_plant::Model;
 
+use crate::naming::gates::is_only_unconfirmed;
 use crate::naming::rounds::Tried;
 use crate::naming::same_force::same_force;
 use crate::naming::selection::Selection;
@@ -136,6 +137,15 @@ pub(crate) fn moved_cap(stand_ins: &StandIns) -> Option<String> {
             words.join(" and ")
         )
     })
+}
+
+/// Laws that explain the training recordings and that the held-out ones neither confirm nor contradict, the best first.
+pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Vec<String> {
+    let tried = selection.tried.iter().filter(|tried| is_only_unconfirmed(&tried.gates, tried.held_out));
+    let mut found: Vec<(f64, String)> =
+        tried.map(|tried| (tried.member.fitted.sum_of_squares, candidates[tried.candidate].name())).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, name)| name).collect()
 }
 
 /// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.

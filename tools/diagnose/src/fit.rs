@@ -18,8 +18,6 @@ use crate::stacking::{RecordFit, Stack};
 
 /// Relative step of the differences that make the Jacobian, in search coordinates.
 const DIFFERENCE: f64 = 1e-5;
-/// The same where the sum of squares is rough: sticking that begins a little sooner or later, say.
-const WIDE_DIFFERENCE: f64 = 3e-3;
 
 /// How much a search may cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,29 +31,19 @@ pub(crate) struct Effort {
     /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew:
     /// they change little, and most of a step's simulations are theirs.
     kept_steps: usize,
-    /// Relative step of differences.
-    difference: f64,
 }
 
 impl Effort {
     /// To see what a candidate is good for.
-    pub(crate) const SKETCH: Self =
-        Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4, difference: DIFFERENCE };
+    pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4 };
     /// To see which candidates are worth comparing.
-    pub(crate) const BEGIN: Self =
-        Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6, difference: DIFFERENCE };
+    pub(crate) const BEGIN: Self = Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6 };
     /// To compare those that were begun.
-    pub(crate) const COMPARE: Self =
-        Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
+    pub(crate) const COMPARE: Self = Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4 };
     /// To compare sets.
-    pub(crate) const TRIAL: Self =
-        Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
-    /// To come out of a dent of a rough valley.
-    pub(crate) const ACROSS: Self =
-        Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 0, difference: WIDE_DIFFERENCE };
+    pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
     /// For what is reported.
-    pub(crate) const FULL: Self =
-        Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3, difference: DIFFERENCE };
+    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3 };
 }
 
 /// A hypothesis whose parameters have been fitted.
@@ -87,7 +75,6 @@ struct Problem<'p, 'r> {
     central: bool,
     /// See [`Effort`].
     kept_steps: usize,
-    difference: f64,
     /// Derivatives by the model's own parameters, and the steps for which they may still be used.
     kept: Mutex<(usize, Vec<Vec<f64>>)>,
 }
@@ -152,7 +139,7 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
-        let step = self.free[column].difference(search[column], self.difference);
+        let step = self.free[column].difference(search[column], DIFFERENCE);
         let moved = |step: f64| {
             let mut moved = search.to_vec();
             moved[column] += step;
@@ -273,7 +260,6 @@ pub(crate) fn fit_near(
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
             kept_steps: effort.kept_steps,
-            difference: effort.difference,
             kept: Mutex::new(known.unwrap_or_default()),
         };
         let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
@@ -332,7 +318,6 @@ impl Fitted {
             budget: AtomicUsize::new(0),
             central,
             kept_steps: 0,
-            difference: DIFFERENCE,
             kept: Mutex::default(),
         };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();

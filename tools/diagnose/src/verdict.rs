@@ -145,8 +145,11 @@ pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Ve
     let mut found: Vec<(f64, String)> =
         tried.map(|tried| (tried.member.fitted.sum_of_squares, candidates[tried.candidate].name())).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.into_iter().map(|(_, name)| name).collect()
+    found.into_iter().take(MOST_UNCONFIRMED).map(|(_, name)| name).collect()
 }
+
+/// More than these are no help.
+const MOST_UNCONFIRMED: usize = 3;
 
 /// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.
 pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Candidate]) -> Vec<Tie> {

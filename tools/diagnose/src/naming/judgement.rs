@@ -1,7 +1,6 @@
 //! The last word: every law of the chosen set against the set without it, and what would do as well.
 
 use rayon::prelude::*;
-use stillbeam_identify::tall::dot;
 
 use super::gates::{Closer, DETERMINED, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::{contains, leaves_open};
@@ -12,7 +11,6 @@ use super::sets::Member;
 use crate::adequacy::{is_adequate, is_loud};
 use crate::fit::Fitted;
 use crate::intervals::precision;
-use crate::noise::NoiseFloor;
 use crate::record::Record;
 use crate::simulation::simulate;
 use stillbeam_recording::Role;
@@ -125,12 +123,10 @@ impl Search<'_> {
                 let worst =
                     strengths.filter_map(|(_, agreement)| *agreement).min_by(|a, b| a.p.total_cmp(&b.p));
                 let own_share = own_share(screened, chosen.laws[place]);
-                let held_out_rest = rest.map(|_| self.held_out_rest(&without, chosen));
                 let closer = Some(Closer {
                     consistency: worst,
                     stable,
                     rest,
-                    held_out_rest,
                     cut_short: cut_short.then_some(own_share),
                 });
                 // Whether a law is there hangs on noise; how large it is, on the drawing too.
@@ -154,27 +150,6 @@ impl Search<'_> {
             .unzip()
     }
 
-    /// What a set leaves of the held-out recordings beyond the noise that is seen under it, as a share of what it takes off what another leaves.
-    fn held_out_rest(&self, without: &Member, with: &Member) -> f64 {
-        let left = |member: &Member| -> f64 {
-            member.held_out.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum()
-        };
-        let noise = self.noise(&self.study.floors(&with.on_all()), &self.study.held_out);
-        let (before, after) = (left(without), left(with));
-        (after - noise).max(0.0) / (before - after).max(f64::MIN_POSITIVE)
-    }
-
-    /// The sum of squares that noise makes of recordings.
-    fn noise(&self, floors: &[Option<NoiseFloor>], records: &[Record]) -> f64 {
-        let outputs = records.iter().flat_map(|record| &record.outputs);
-        outputs
-            .filter_map(|output| {
-                let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
-                Some(relative * relative * output.at.len() as f64)
-            })
-            .sum()
-    }
-
     /// Sum of squares of the training recordings beyond the noise that is seen under a set; `None` where only noise is left.
     pub(crate) fn structured_rest(&self, member: &Member) -> Option<f64> {
         let on_all = member.on_all();
@@ -182,7 +157,16 @@ impl Search<'_> {
         if is_adequate(&self.study.adequacies(&on_all, &floors), self.options) {
             return None;
         }
-        let noise = self.noise(&floors, &self.study.train);
+        let noise: f64 = self
+            .study
+            .train
+            .iter()
+            .flat_map(|record| &record.outputs)
+            .filter_map(|output| {
+                let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
+                Some(relative * relative * output.at.len() as f64)
+            })
+            .sum();
         Some((member.fitted.sum_of_squares - noise).max(0.0))
     }
 
@@ -245,12 +229,6 @@ impl Search<'_> {
                 .all(|gate| gate.passed || [DETERMINED, "bounds"].contains(&gate.name.as_str()))
     }
 
-    /// Whether what a richer set has more than the chosen one is itself beyond chance, though not so far that the two are told apart. An
-    /// improvement is half of the standard errors that its effect has.
-    fn is_seen_beside(&self, richer: &Member, chosen: &Member) -> bool {
-        2.0 * self.better_by(chosen, richer) > self.options.training_gate
-    }
-
     /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks
     /// held-out recordings that would show it: a weaker law that those happen to show may stand in for it.
     fn is_better_unconfirmed(&self, other: &Tried, chosen: &Member) -> bool {
@@ -286,7 +264,7 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let contends = (other.passes() && (as_simple || self.is_seen_beside(&other.member, chosen)))
+            let contends = (other.passes() && as_simple)
                 || self.is_left_open(&other, chosen)
                 || self.is_better_unconfirmed(&other, chosen);
             if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {

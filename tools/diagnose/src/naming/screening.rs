@@ -36,19 +36,12 @@ const OTHERS: usize = 2;
 /// As long as they explain this share of what the best explains.
 const WORTH: f64 = 0.5;
 
-/// Trials of one law whose effects are simulated: the most promising along the motion that there is without them.
+/// Trials of one law that are looked at on all recordings: the most promising on the recording of which most is left.
 const MANY: usize = 6;
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
 /// Good enough: within this factor.
 const CLOSE: f64 = 4.0;
-/// A law whose effect is as large as the residual may bend the motion so far that its effect looks like nothing of the residual: these
-/// shares of its size are looked at too, ...
-const WEAKER: [f64; 3] = [0.1, 0.01, 0.001];
-/// ... then sizes so many times as large and as small, ...
-const RESIZED: f64 = 2.0;
-/// ... as long as they explain this many times as much.
-const BETTER: f64 = 1.1;
 
 /// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out, and those that
 /// are not reached before it is given up.
@@ -63,7 +56,7 @@ pub(crate) fn screen(
     let columns = fitted.sensitivities(stack);
     let mut absorbing = Orthonormal::default();
     columns.iter().for_each(|column| absorbing.push(column.clone()));
-    let telling = Telling::new(stack, fitted, &residuals, &columns, &absorbing);
+    let telling = Telling::new(stack, fitted, &residuals, &columns);
     candidates
         .par_iter()
         .enumerate()
@@ -87,22 +80,13 @@ pub(crate) fn screen(
         .collect()
 }
 
-/// The recording of which most is left: there trials are brought to size.
+/// The recording of which most is left: there trials are brought to size, and where there are many of them compared.
 struct Telling<'t> {
     record: usize,
     residuals: &'t [f64],
     absorbing: Orthonormal,
-    /// All recordings, on which trials are compared where there are many of them: the one of which most is left may only be the longest
-    /// or the noisiest, and show little of a law.
-    whole: Whole<'t>,
-}
-
-/// What is left of all recordings, and what the model's own parameters could absorb of it.
-struct Whole<'t> {
-    residuals: &'t [f64],
-    absorbing: &'t Orthonormal,
-    /// The motion on each under the fitted model, where that is known.
-    motions: Option<Vec<Motion>>,
+    /// The motion there under the fitted model, where that is known.
+    motion: Option<Motion>,
 }
 
 /// A trial, what its amplitudes are to be multiplied by, and its effect on the telling recording if that was simulated.
@@ -114,13 +98,7 @@ struct Sized<'c> {
 }
 
 impl<'t> Telling<'t> {
-    fn new(
-        stack: &Stack<'_>,
-        fitted: &Fitted,
-        residuals: &'t [f64],
-        columns: &[Vec<f64>],
-        all_absorbing: &'t Orthonormal,
-    ) -> Self {
+    fn new(stack: &Stack<'_>, fitted: &Fitted, residuals: &'t [f64], columns: &[Vec<f64>]) -> Self {
         let mut start = 0;
         let mut best = (0, f64::NEG_INFINITY, 0..0);
         for (index, record) in fitted.records.iter().enumerate() {
@@ -134,10 +112,9 @@ impl<'t> Telling<'t> {
         let (record, _, rows) = best;
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column[rows.clone()].to_vec()));
-        let fits = fitted.records.iter().zip(&stack.records);
-        let motions = fits.map(|(fit, record)| motion(&fitted.hypothesis, record, &fit.initial)).collect();
-        let whole = Whole { residuals, absorbing: all_absorbing, motions };
-        Self { record, residuals: &residuals[rows], absorbing, whole }
+        let fit = fitted.records.get(record);
+        let motion = fit.and_then(|fit| motion(&fitted.hypothesis, stack.records[record], &fit.initial));
+        Self { record, residuals: &residuals[rows], absorbing, motion }
     }
 
     /// The trials that are looked at on all recordings. Where there are many, they are compared by what their forces would do
@@ -175,22 +152,21 @@ impl<'t> Telling<'t> {
         trial: &'c Trial,
     ) -> Option<Sized<'c>> {
         let law = candidate.physics(trial, 1.0);
-        let mut effect = Vec::with_capacity(self.whole.residuals.len());
-        for (record, motion) in self.whole.motions.as_ref()?.iter().enumerate() {
-            let signals = first_effect(&fitted.hypothesis, stack.records[record], &law, motion)?;
-            let mut own = stack.weighted(record, &signals);
-            fitted.records[record].nuisances.remove_from(&mut own);
-            effect.extend(own);
-        }
+        let signals =
+            first_effect(&fitted.hypothesis, stack.records[self.record], &law, self.motion.as_ref()?)?;
+        let mut effect = stack.weighted(self.record, &signals);
+        fitted.records[self.record].nuisances.remove_from(&mut effect);
         let length = dot(&effect, &effect).sqrt();
-        let size = dot(self.whole.residuals, self.whole.residuals).sqrt() / length;
-        let explained = || explained(effect, self.whole.residuals, self.whole.absorbing);
-        size.is_finite().then(|| Sized { trial, size, explained: explained(), effect: None })
+        let size = dot(self.residuals, self.residuals).sqrt() / length;
+        size.is_finite().then(|| Sized { trial, size, explained: self.explained(effect), effect: None })
     }
 
-    /// What an effect would take off the residual of the telling recording.
-    fn explained(&self, effect: Vec<f64>) -> f64 {
-        explained(effect, self.residuals, &self.absorbing)
+    /// What an effect would take off the residual, the model's own parameters following.
+    fn explained(&self, mut effect: Vec<f64>) -> f64 {
+        self.absorbing.remove_from(&mut effect);
+        let left = dot(&effect, &effect);
+        let along = dot(&effect, self.residuals);
+        if left > 0.0 { along * along / left } else { 0.0 }
     }
 
     fn sized<'c>(
@@ -202,37 +178,6 @@ impl<'t> Telling<'t> {
         start: f64,
     ) -> Option<Sized<'c>> {
         let (effect, size) = self.sized_effect(stack, fitted, candidate, trial, start)?;
-        let mut best = Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) };
-        if trial.amplitudes.is_empty() {
-            return Some(best);
-        }
-        for share in WEAKER {
-            if let Some(weaker) = self.at_size(stack, fitted, candidate, trial, share * size)
-                && weaker.explained > BETTER * best.explained
-            {
-                best = weaker;
-            }
-        }
-        for step in [RESIZED, 1.0 / RESIZED] {
-            while let Some(next) = self.at_size(stack, fitted, candidate, trial, step * best.size)
-                && next.explained > BETTER * best.explained
-            {
-                best = next;
-            }
-        }
-        Some(best)
-    }
-
-    /// A trial at one size.
-    fn at_size<'c>(
-        &self,
-        stack: &Stack<'_>,
-        fitted: &Fitted,
-        candidate: &Candidate,
-        trial: &'c Trial,
-        size: f64,
-    ) -> Option<Sized<'c>> {
-        let effect = effect(stack, fitted, candidate, trial, size, self.record)?;
         Some(Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) })
     }
 
@@ -265,14 +210,6 @@ impl<'t> Telling<'t> {
         }
         last
     }
-}
-
-/// What an effect would take off a residual, the model's own parameters following.
-fn explained(mut effect: Vec<f64>, residuals: &[f64], absorbing: &Orthonormal) -> f64 {
-    absorbing.remove_from(&mut effect);
-    let left = dot(&effect, &effect);
-    let along = dot(&effect, residuals);
-    if left > 0.0 { along * along / left } else { 0.0 }
 }
 
 /// Waves that differ by a quarter in phase and in nothing else count together: each alone may explain nothing of a wave between them.

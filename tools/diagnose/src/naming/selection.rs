@@ -100,7 +100,6 @@ impl Search<'_> {
                 break;
             };
             chosen = self.weighed_again(best.member);
-            chosen = self.settled(chosen);
             chosen = self.pruned(chosen);
             if chosen.laws.len() > 1 && self.is_over() {
                 left_out.push("other laws in place of those chosen");
@@ -156,19 +155,6 @@ impl Search<'_> {
         instead.filter(better).min_by(by_fit)
     }
 
-    /// A set fitted to the end where more than noise is left of it: what a fit leaves that has stopped beside its valley looks like
-    /// another law.
-    fn settled(&self, member: Member) -> Member {
-        if self.is_over() || self.structured_rest(&member).is_none() {
-            return member;
-        }
-        let member = self.finished(member);
-        if self.is_over() || self.structured_rest(&member).is_none() {
-            return member;
-        }
-        self.finished(self.carried_across(member))
-    }
-
     /// Deletes laws that are not missed.
     fn pruned(&self, mut member: Member) -> Member {
         while member.laws.len() > 1 {
@@ -214,68 +200,4 @@ impl Search<'_> {
 
 fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
-}
-
-#[cfg(test)]
-mod tests {
-    use stillbeam_plant::Physics;
-    use stillbeam_recording::Role;
-
-    use super::*;
-    use crate::comparison::compare;
-    use crate::naming::on_a_spring::{machine, runs};
-    use crate::parameters::FreeParameter;
-    use crate::simulation::Hypothesis;
-
-    /// Friction of half its force, as a fit leaves it that has stopped beside its valley, would leave room for another law.
-    #[test]
-    fn a_fit_that_has_stopped_early_is_ended_before_more_laws_are_looked_for() {
-        const FORCE_N: f64 = 2.0;
-        const NOISE_M: f64 = 1e-4;
-        let given = machine();
-        let mut truth = given.clone();
-        truth.setup_mut().physics = vec![Physics::new("coulomb_friction", "mass").with("force", FORCE_N)];
-        let train = runs(&truth, &[10.0, 14.0], NOISE_M);
-        let mut study = Study::new(&given, &train, &runs(&truth, &[12.0], NOISE_M)).unwrap();
-        let compared = compare(&mut study, &Hypothesis::given(&given)).unwrap();
-        let options = Options::default();
-        let search = Search {
-            given_laws: 0,
-            given: &given,
-            candidates: &[],
-            options: &options,
-            floors: compared.floors.clone(),
-            weighed_again: false,
-            patience: Patience::new(&options),
-            rounds: Mutex::default(),
-            held_out_starts: Vec::new(),
-            study: &mut study,
-        };
-        let half = Physics::new("coulomb_friction", "mass").with("force", 0.5 * FORCE_N);
-        let hypothesis = Hypothesis::given(&given).with_law(half);
-        let refitted = &compared.refitted;
-        let law = FreeParameter {
-            path: "physics.1.force".to_owned(),
-            given: 0.5 * FORCE_N,
-            logarithmic: true,
-            lower: 1e-4,
-            upper: 1e4,
-            is_added: true,
-        };
-        let records =
-            search.study.stack(Role::Train).evaluate(&hypothesis, &refitted.initial_states()).unwrap();
-        let squares = |fit: &RecordFit| fit.residuals.iter().map(|value| value * value).sum::<f64>();
-        let stopped = Fitted {
-            sum_of_squares: records.iter().map(squares).sum(),
-            records,
-            hypothesis,
-            free: refitted.free.iter().cloned().chain([law]).collect(),
-            values: refitted.free.iter().map(|free| free.given).chain([0.5 * FORCE_N]).collect(),
-        };
-        let stopped = search.member(vec![0], stopped).unwrap();
-        assert!(search.structured_rest(&stopped).is_some());
-        let settled = search.settled(stopped);
-        let force = *settled.fitted.values.last().unwrap();
-        assert!((force / FORCE_N - 1.0).abs() < 0.02, "{force} N");
-    }
 }

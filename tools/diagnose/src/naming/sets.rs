@@ -122,11 +122,6 @@ impl Search<'_> {
         (self.better_by(&member, chosen) < self.options.separation).then_some(member)
     }
 
-    /// A set fitted on with differences so wide that dents of the sum of squares do not show in them.
-    pub(crate) fn carried_across(&self, member: Member) -> Member {
-        self.further(member, Effort::ACROSS)
-    }
-
     fn further(&self, member: Member, effort: Effort) -> Member {
         let fitted = self.fitted_on(&member.fitted, effort);
         fitted.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)

@@ -103,6 +103,8 @@ fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
         }
         assert_eq!(applied, expected, "the board runs the table that the host computes");
 
+        // An emulator on a busy computer comes to rest later than a board, for which a motion waits 20 s.
+        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest before the move");
         let motion = session.run_motion("move 50", 1, 0.0, &mut |_| {}).expect("the move is streamed");
         let (board, host) = (of_board(&motion), under_std(&settings, "move 50"));
         assert!(host.len() > 1000 && board.len() >= host.len());
@@ -112,6 +114,7 @@ fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
         let left = percentage_vibration(&modes, &board, &unshaped);
         println!("{shaper} on the image: {:.1e} % and {:.1e} %", left[0], left[1]);
         assert!(left.iter().all(|percent| *percent < 0.05), "{shaper}: {left:?} %");
+        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest before the way back");
         session.run_motion("move 0", 4, 0.0, &mut |_| {}).expect("and back");
     }
 }

@@ -49,8 +49,7 @@ mod tests {
     /// Where the first law is looked for on a machine, beside the refit to runs at 10 and 12 N; the run that is held out is at 1 N.
     fn looked_for_at(truth: &Model) -> (Model, Option<Member>) {
         let given = machine();
-        let mut study =
-            Study::new(&given, &runs(truth, &[10.0, 12.0], 0.0), &runs(truth, &[1.0], 0.0)).unwrap();
+        let mut study = Study::new(&given, &runs(truth, &[10.0, 12.0]), &runs(truth, &[1.0])).unwrap();
         let compared = compare(&mut study, &Hypothesis::given(&given)).unwrap();
         let options = Options::default();
         let search = Search {

@@ -1,8 +1,5 @@
 //! A machine for tests of the search: one body on a spring, pushed.
 
-use rand_distr::{Distribution, StandardNormal};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, simulate};
 use stillbeam_recording::Recording;
 
@@ -30,22 +27,14 @@ pub(crate) fn machine() -> Model {
     Model::from_toml("machine.toml", MACHINE).unwrap()
 }
 
-/// Runs of such a machine at these amplitudes, from 0.5 to 5 Hz, with noise of this size.
-pub(crate) fn runs(machine: &Model, amplitudes: &[f64], noise_m: f64) -> Vec<Recording> {
+/// Runs of such a machine at these amplitudes, from 0.5 to 5 Hz, without noise.
+pub(crate) fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
     let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
     let sweep = |t: f64| (std::f64::consts::TAU * (0.5 * t + 0.1125 * t * t)).sin();
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
     let run = |(k, amplitude): (usize, &f64)| {
         let force = time_s.iter().map(|t| amplitude * sweep(*t)).collect();
         let commanded = Recording::new(format!("run {k}"), time_s.clone()).with_column("force_N", force);
-        let mut recording = simulate(machine, &commanded).unwrap();
-        for column in recording.columns.iter_mut().filter(|column| column.name == "position_m") {
-            for value in &mut column.samples {
-                let draw: f64 = StandardNormal.sample(&mut random);
-                *value += noise_m * draw;
-            }
-        }
-        recording
+        simulate(machine, &commanded).unwrap()
     };
     amplitudes.iter().enumerate().map(run).collect()
 }

@@ -13,7 +13,7 @@ use thiserror::Error;
 
 use crate::case::files::{MODEL, recording, write_case};
 use crate::case::maker::{MakeError, make};
-use crate::case::{Role, Truth};
+use crate::case::{Concealment, Role, Truth};
 use crate::patience::{Ended, Finished, wait};
 use crate::score::answer::Answer;
 use crate::score::judge::{Score, held_out, mark, parameters};
@@ -46,6 +46,8 @@ pub struct Bench {
     pub resume: bool,
     /// After so many minutes no case is begun; scores that are there are still collected. 0: none is begun at all.
     pub minutes: Option<f64>,
+    /// Only the cases of these kinds are run.
+    pub kinds: Vec<Concealment>,
 }
 
 /// The bench could not be run.
@@ -74,16 +76,17 @@ pub enum BenchError {
 /// [`BenchError`], the first one met; scores written before stay for `resume`.
 pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>, BenchError> {
     let (next, done, fresh_ones) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(0));
+    let chosen: Vec<usize> =
+        (0..bench.cases).filter(|&number| bench.kinds.contains(&Concealment::of_case(number))).collect();
     let results: Mutex<Vec<Score>> = Mutex::new(Vec::new());
     let failure: Mutex<Option<BenchError>> = Mutex::new(None);
     let begun = Instant::now();
     let work = || {
         loop {
-            let number = next.fetch_add(1, Ordering::Relaxed);
             let failed = failure.lock().is_ok_and(|failure| failure.is_some());
-            if number >= bench.cases || failed {
+            let Some(&number) = chosen.get(next.fetch_add(1, Ordering::Relaxed)).filter(|_| !failed) else {
                 break;
-            }
+            };
             let late = bench.minutes.is_some_and(|minutes| begun.elapsed().as_secs_f64() >= 60.0 * minutes);
             match bench.one(number, late) {
                 Ok(None) => {}
@@ -92,8 +95,8 @@ pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>
                     if fresh {
                         let fresh_ones = fresh_ones.fetch_add(1, Ordering::Relaxed) + 1;
                         let each_s = begun.elapsed().as_secs_f64() / fresh_ones as f64;
-                        let left_s = each_s * (bench.cases - done) as f64;
-                        progress(&line(&score, done, bench.cases, left_s));
+                        let left_s = each_s * (chosen.len() - done) as f64;
+                        progress(&line(&score, done, chosen.len(), left_s));
                     }
                     if let Ok(mut results) = results.lock() {
                         results.push(score);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use stillbeam_concealed::case::Concealment;
 use stillbeam_concealed::picture::picture;
 use stillbeam_concealed::real::real;
 use stillbeam_concealed::run::{Bench, run};
@@ -13,7 +14,8 @@ use stillbeam_concealed::seal::digest;
 
 const USAGE: &str =
     "usage: stillbeam-prove [--tool PROGRAM] [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
-                       [--jobs N] [--resume] [--page FILE.md] [--least-right N] [--most-wrong N]
+                       [--jobs N] [--resume] [--page FILE.md] [--kind KIND,...]
+                       [--least-right N] [--most-wrong N]
        stillbeam-prove --picture CASE FILE.svg [--tool PROGRAM] [--out FOLDER]
        stillbeam-prove --real DATA [--tool PROGRAM] [--out FOLDER] [--page FILE.md]
 
@@ -23,6 +25,7 @@ const USAGE: &str =
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
   --limit SECONDS   processor time that the tool has per case, one thread (20)
   --jobs N          cases at a time (2)
+  --kind KIND,...   only the cases of these kinds (visible, absorbed, buried, masked, null, decoy, outside); no page then
   --resume          keep the scores that are there
   --page FILE.md    write the results page
   --least-right N   fail when fewer answers are right
@@ -55,6 +58,7 @@ fn bench() -> Result<(), String> {
         limit_s: 20.0,
         resume: false,
         minutes: None,
+        kinds: Concealment::ALL.to_vec(),
     };
     let (mut page_file, mut least_right, mut most_wrong) = (None::<PathBuf>, 0, usize::MAX);
     let (mut drawn, mut data, mut only) = (None, None, None::<String>);
@@ -68,6 +72,7 @@ fn bench() -> Result<(), String> {
             "--cases" => bench.cases = number(&value()?)?,
             "--seed" => bench.seed = number(&value()?)?,
             "--jobs" => bench.jobs = number(&value()?)?,
+            "--kind" => bench.kinds = value()?.split(',').map(kind).collect::<Result<_, _>>()?,
             "--limit" => bench.limit_s = number(&value()?)?,
             "--page" => page_file = Some(PathBuf::from(value()?)),
             "--least-right" => least_right = number(&value()?)?,
@@ -87,6 +92,9 @@ fn bench() -> Result<(), String> {
             "--peers" => peers = Some(PathBuf::from(value()?)),
             _ => return Err(format!("unknown option {word}\n{USAGE}")),
         }
+    }
+    if bench.kinds != Concealment::ALL && page_file.is_some() {
+        return Err(format!("a page shows all kinds: --page without --kind\n{USAGE}"));
     }
     // The tool runs in the cases' folders.
     bench.tool = bench.tool.canonicalize().map_err(|error| format!("--tool: {error}\n{USAGE}"))?;
@@ -119,7 +127,9 @@ fn bench() -> Result<(), String> {
             std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         text = format!("{text}\n{section}");
     }
-    publish(page_file.as_deref(), &text)?;
+    if bench.kinds == Concealment::ALL {
+        publish(page_file.as_deref(), &text)?;
+    }
     let tally = Tally::of(&scores);
     let (right, wrong) = (tally.count(Mark::Right), tally.count(Mark::Wrong));
     eprintln!("{right} of {} right, {} tied, {wrong} wrong", tally.total(), tally.count(Mark::Tied));
@@ -139,6 +149,11 @@ fn publish(file: Option<&Path>, text: &str) -> Result<(), String> {
             Ok(())
         }
     }
+}
+
+fn kind(word: &str) -> Result<Concealment, String> {
+    let found = Concealment::ALL.into_iter().find(|kind| kind.word() == word);
+    found.ok_or(format!("{word}: not a kind of concealment\n{USAGE}"))
 }
 
 fn number<T: std::str::FromStr>(text: &str) -> Result<T, String> {

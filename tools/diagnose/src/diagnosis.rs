@@ -5,7 +5,7 @@ use std::time::Instant;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, is_adequate, is_loud};
+use crate::adequacy::{Adequacy, Rest, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
@@ -115,11 +115,10 @@ pub fn diagnose(
     let samples = study.stack(Role::Train).present() as f64;
     let before = compared.refitted.sum_of_squares;
     let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
-    let rest_is_noise = is_adequate(&final_tests, options);
+    let rest = Rest::of(&final_tests, options);
     let is_another_machine = stand_ins.moved.iter().any(Moved::is_another_machine);
     let fits_within = refit_adequate && !is_another_machine;
-    let verdict =
-        verdict(&selection, fits_within, rest_is_noise, is_loud(&final_tests, options), explained_share);
+    let verdict = verdict(&selection, fits_within, rest, is_loud(&final_tests, options), explained_share);
     // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);
@@ -153,7 +152,7 @@ pub fn diagnose(
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: sentence(verdict, &effects, &unconfirmed, &fit),
+        sentence: sentence(verdict, &effects, &unconfirmed, &fit, rest),
         unconfirmed,
         caps: study.caps.clone(),
         ties: if explains { ties(&selection, &stand_ins, &candidates) } else { Vec::new() },
@@ -199,7 +198,7 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
 }
 
 /// The verdict in words, with the numbers of the first output that was recorded.
-fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &Fits) -> String {
+fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &Fits, rest: Rest) -> String {
     let pooled =
         fit.pooled.iter().find(|pooled| pooled.role == RecordRole::HeldOut).or_else(|| fit.pooled.first());
     let numbers = pooled.map_or_else(String::new, |pooled| {
@@ -214,6 +213,13 @@ fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &
             pooled.output
         )
     });
+    let remains = match rest {
+        Rest::Noise => "",
+        Rest::Foreign => {
+            " What remains does not go with the motion: a disturbance from outside, another one in every recording."
+        }
+        Rest::Structured => " A structured rest remains.",
+    };
     let first = effects.first().map(|effect| effect.sentence.as_str()).unwrap_or_default();
     match verdict {
         Verdict::Adequate => format!(
@@ -228,9 +234,9 @@ fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &
             format!("Something is missing that no law of the catalogue explains. {numbers}")
         }
         Verdict::Ambiguous => {
-            format!("Several candidates explain the recordings equally well. {first} {numbers}")
+            format!("Several candidates explain the recordings equally well. {first} {numbers}{remains}")
         }
-        Verdict::Improved => format!("{first} {numbers} A structured rest remains."),
+        Verdict::Improved => format!("{first} {numbers}{remains}"),
         Verdict::Explained => format!("{first} {numbers}"),
     }
 }
@@ -312,7 +318,7 @@ mod tests {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
         let said = |verdict: Verdict, unconfirmed: &[&str]| {
             let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
-            sentence(verdict, &[], &unconfirmed, &fit)
+            sentence(verdict, &[], &unconfirmed, &fit, Rest::Structured)
         };
         let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
         assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");

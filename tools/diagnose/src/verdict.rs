@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use stillbeam_plant::Model;
 
+use crate::adequacy::Rest;
 use crate::naming::gates::is_only_unconfirmed;
 use crate::naming::rounds::Tried;
 use crate::naming::same_force::same_force;
@@ -22,31 +23,37 @@ const MOST_OF_IT: f64 = 0.95;
 /// it explains is not what was left out, however significant.
 const MOST: f64 = 0.5;
 
-/// The verdict from what was found, whether only noise is left, whether the rest is louder than noise, and the share that was taken off what noise does not explain.
+/// The verdict from what was found, what is left, whether that is louder than noise, and the share that was taken off what noise does not
+/// explain.
 pub(crate) fn verdict(
     selection: &Selection,
     refit_adequate: bool,
-    rest_is_noise: bool,
+    rest: Rest,
     rest_is_loud: bool,
     explained_share: f64,
 ) -> Verdict {
     if selection.chosen.laws.is_empty() {
         return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
     }
-    match (rest_is_noise, selection.rivals.is_empty()) {
+    match (rest, selection.rivals.is_empty()) {
         // Without a search for rivals nothing is certain.
-        (true, true) if !selection.left_out.is_empty() => Verdict::Improved,
-        (true, true) => Verdict::Explained,
-        (true, false) => Verdict::Ambiguous,
-        (false, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
+        (Rest::Noise, true) if !selection.left_out.is_empty() => Verdict::Improved,
+        (Rest::Noise, true) => Verdict::Explained,
+        (Rest::Noise, false) => Verdict::Ambiguous,
+        (_, _) if explained_share < MOST => Verdict::Unexplained,
+        // All that goes with the motion is taken away; what is left is no law's to explain.
+        (Rest::Foreign, false) => Verdict::Ambiguous,
+        (Rest::Foreign, true) => Verdict::Improved,
+        (Rest::Structured, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
+        // Several laws each take a part of it away and none takes all: none of them is it.
+        (Rest::Structured, false) => Verdict::Unexplained,
         // Something else may take all away, and was not tried.
-        (false, true) if rest_is_loud && !selection.left_out.is_empty() && !is_unrivalled(selection) => {
+        (Rest::Structured, true)
+            if rest_is_loud && !selection.left_out.is_empty() && !is_unrivalled(selection) =>
+        {
             Verdict::Unexplained
         }
-        (false, true) if explained_share < MOST => Verdict::Unexplained,
-        (false, true) => Verdict::Improved,
-        // Several laws each take a part of it away and none takes all: none of them is it.
-        (false, false) => Verdict::Unexplained,
+        (Rest::Structured, true) => Verdict::Improved,
     }
 }
 

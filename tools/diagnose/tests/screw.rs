@@ -103,5 +103,7 @@ fn a_steady_force_shows_in_a_reading_whose_zero_is_known_and_in_no_other() {
     unknown.setup_mut().sensors[0].zero_known = false;
     let found = diagnosed(&unknown, laws());
     assert_eq!(names(&found), ["coulomb_friction"], "{}", found.sentence);
-    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+    // An offset of the reading may hide any difference of the two forces, and that is said.
+    assert_eq!(found.verdict, Verdict::Ambiguous, "{}", found.sentence);
+    assert_eq!(found.ties[0].candidates[1], ["asymmetric_friction at screw"], "{}", found.sentence);
 }

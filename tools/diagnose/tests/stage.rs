@@ -4,6 +4,9 @@ mod truth;
 
 use std::f64::consts::TAU;
 
+use rand_distr::{Distribution, StandardNormal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
 use stillbeam_plant::{Model, Physics, simulate};
 use stillbeam_recording::Recording;
@@ -34,8 +37,31 @@ fn stage() -> Model {
     Model::from_toml("stage.toml", STAGE).unwrap()
 }
 
-/// Twenty seconds of a sweep from 0.4 to 4 Hz, grown from nothing within a second.
+/// The same with nothing that holds it.
+fn free_stage() -> Model {
+    let (before, after) = STAGE.split_once("[[spring]]").unwrap();
+    let damper = after.split_once("[[damper]]").unwrap().1;
+    Model::from_toml("stage.toml", &format!("{before}[[damper]]{damper}")).unwrap()
+}
+
+/// A force of this size whose sign changes at irregular times, another one for every seed.
+fn random_force(size_n: f64, seed: u64) -> impl Fn(f64) -> f64 {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(900 + seed);
+    let mut sign = || {
+        let drawn: f64 = StandardNormal.sample(&mut random);
+        drawn.signum()
+    };
+    let signs: Vec<f64> = (0..64).map(|_| sign()).collect();
+    move |t| size_n * signs[(t / 0.37) as usize % 64]
+}
+
 fn recorded(model: &Model, amplitude_n: f64, up: bool, seed: u64) -> Recording {
+    recorded_beside(model, 0.0, amplitude_n, up, seed)
+}
+
+/// Twenty seconds of a sweep from 0.4 to 4 Hz, grown from nothing within a second, while a random force pushes too.
+fn recorded_beside(model: &Model, random_n: f64, amplitude_n: f64, up: bool, seed: u64) -> Recording {
+    let pushed = random_force(random_n, seed);
     const FINER: usize = 20;
     let fine: Vec<f64> = (0..=2000 * FINER).map(|k| k as f64 / (100 * FINER) as f64).collect();
     let force = |t: &f64| {
@@ -43,7 +69,8 @@ fn recorded(model: &Model, amplitude_n: f64, up: bool, seed: u64) -> Recording {
         amplitude_n * t.min(1.0) * (TAU * (0.4 * swept + 0.09 * swept * swept)).sin()
     };
     let input: Vec<f64> = fine.iter().map(force).collect();
-    let truth = Recording::new("truth", fine).with_column("motor_force_N", input.clone());
+    let all = fine.iter().zip(&input).map(|(t, force)| force + pushed(*t)).collect();
+    let truth = Recording::new("truth", fine).with_column("motor_force_N", all);
     let simulated = simulate(model, &truth).unwrap();
     let every = |samples: &[f64]| samples.iter().step_by(FINER).copied().collect::<Vec<f64>>();
     let clean = Recording::new(format!("{amplitude_n} N"), every(&truth.time_s))
@@ -54,8 +81,14 @@ fn recorded(model: &Model, amplitude_n: f64, up: bool, seed: u64) -> Recording {
 
 /// The stage as its drawing says on recordings of the stage as it is.
 fn diagnosed(truth: &Model) -> Diagnosis {
-    let train = [recorded(truth, 6.0, true, 1), recorded(truth, 10.0, false, 2)];
-    let held_out = [recorded(truth, 8.0, true, 3)];
+    diagnosed_beside(truth, 0.0)
+}
+
+/// The same while a random force pushes too.
+fn diagnosed_beside(truth: &Model, random_n: f64) -> Diagnosis {
+    let recorded = |amplitude, up, seed| recorded_beside(truth, random_n, amplitude, up, seed);
+    let train = [recorded(6.0, true, 1), recorded(10.0, false, 2)];
+    let held_out = [recorded(8.0, true, 3)];
     let mut drawn = stage();
     for (path, factor) in [
         ("body.slider.mass", 1.03),
@@ -123,7 +156,7 @@ fn a_stiffness_that_is_off_as_drawings_are_stands_for_nothing() {
 fn friction_of_which_only_the_sum_is_seen_may_differ_by_direction() {
     let both: Vec<String> =
         ["coulomb_friction at slider", "asymmetric_friction at slider"].map(str::to_owned).to_vec();
-    for (forward, backward) in [(0.05, 0.02), (0.035, 0.035)] {
+    for (forward, backward) in [(0.05, 0.02), (0.035, 0.035), (0.15, 0.4)] {
         let law = Physics::new("asymmetric_friction", "slider");
         let law = law.with("force_forward", forward).with("force_backward", backward);
         let found = diagnosed(&with(law.with("viscous_forward", 0.0).with("viscous_backward", 0.0)));
@@ -131,6 +164,59 @@ fn friction_of_which_only_the_sum_is_seen_may_differ_by_direction() {
         let tied: Vec<String> = found.ties.iter().flat_map(|tie| tie.candidates.concat()).collect();
         assert!(both.iter().all(|name| tied.contains(name)), "{forward} and {backward} N: {tied:?}");
     }
+}
+
+#[test]
+fn a_law_beside_a_random_force_is_named_and_the_force_said_to_be_no_part_of_the_machine() {
+    let found =
+        diagnosed_beside(&with(Physics::new("cubic_stiffness", "slider").with("stiffness", 2e5)), 0.1);
+    assert_eq!(named(&found), ["cubic_stiffness"], "{:?}: {}", found.verdict, found.sentence);
+    assert!(found.sentence.contains("does not go with the motion"), "{}", found.sentence);
+}
+
+#[test]
+fn laws_that_are_one_beside_a_random_force_are_a_tie() {
+    let found = diagnosed_beside(&with(Physics::new("servo_lag", "drive").with("time_constant", 0.01)), 0.1);
+    assert_eq!(found.verdict, Verdict::Ambiguous, "{}", found.sentence);
+    let tied: Vec<String> = found.ties.iter().flat_map(|tie| tie.candidates.concat()).collect();
+    for same in ["servo_lag at drive", "dead_time at drive", "delay at sensor"] {
+        assert!(tied.iter().any(|name| name == same), "{same}: {tied:?}");
+    }
+}
+
+#[test]
+fn a_random_force_alone_has_no_name() {
+    let found = diagnosed_beside(&stage(), 0.1);
+    // It never pauses, so no recording tells how much of what is left is noise: `adequate` is right too.
+    assert!(found.effects.is_empty() && found.ties.is_empty(), "{}", found.sentence);
+}
+
+#[test]
+fn a_cable_on_what_nothing_else_holds_is_named_with_where_it_pulls_to() {
+    let mut truth = free_stage();
+    let cable = Physics::new("cable_spring", "slider").with("stiffness", 4.0).with("rest_position", -0.08);
+    truth.setup_mut().physics.push(cable);
+    let train = [recorded(&truth, 6.0, true, 1), recorded(&truth, 10.0, false, 2)];
+    let found =
+        diagnose(&free_stage(), &train, &[recorded(&truth, 8.0, true, 3)], &Options::default(), &mut |_| {})
+            .unwrap();
+    assert_eq!(named(&found), ["cable_spring"], "{:?}: {}", found.verdict, found.sentence);
+    for (name, truth) in [("stiffness", 4.0), ("rest_position", -0.08)] {
+        let estimate = &found.effects[0].parameters[name];
+        assert!((estimate.value - truth).abs() < 4.5 * estimate.stderr, "{name}: {estimate:?} for {truth}");
+        assert!(estimate.stderr < 0.05 * truth.abs(), "{name}: {estimate:?}");
+    }
+}
+
+#[test]
+fn two_laws_of_which_neither_passes_alone_are_found_together() {
+    let mut truth =
+        with(Physics::new("gain_nonlinearity", "drive").with("quadratic", 4e-4).with("cubic", 0.0));
+    truth.setup_mut().physics.push(Physics::new("quadratic_drag", "slider").with("drag", 6.0));
+    let found = diagnosed(&truth);
+    let mut names = named(&found);
+    names.sort_unstable();
+    assert_eq!(names, ["gain_nonlinearity", "quadratic_drag"], "{:?}: {}", found.verdict, found.sentence);
 }
 
 #[test]

@@ -10,7 +10,7 @@
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at one and a half times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains: is the held-out gain beyond doubt |
-//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could |
+//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and all that is left foreign |
 //!
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
@@ -141,6 +141,12 @@ impl Trialled<'_> {
         self.held_out_share.map_or(self.share(), |held_out| held_out.min(self.share()))
     }
 
+    /// Whether training and held-out recordings show the law twice as clearly as they must.
+    fn is_beyond_doubt(&self, options: &Options) -> bool {
+        self.training.t() > DOUBT * options.training_gate
+            && self.held_out.is_some_and(|held_out| held_out.z > DOUBT * options.held_out_gate)
+    }
+
     /// Whether no laws that were not tried could do its work, `own` being the share of its effect that no others make.
     pub(crate) fn is_unrivalled(&self, own: f64) -> bool {
         self.least_share() > NEARLY_ALL || own > OWN
@@ -159,6 +165,8 @@ pub(crate) struct Closer {
     /// Where time ended the search while what is left was louder than noise: share of the law's effect that all other laws together do not
     /// make, as far as straight lines say.
     pub(crate) cut_short: Option<f64>,
+    /// Whether nothing that is left goes with the motion: then no law that was not tried is missing beside this one.
+    pub(crate) rest_is_foreign: bool,
 }
 
 /// A law takes away at least this share of what noise does not explain.
@@ -190,6 +198,11 @@ pub(super) const DETERMINED: &str = "determined";
 /// Name of the gate of the held-out recordings.
 const HELD_OUT: &str = "held out";
 
+/// Gates that a law may fail for another one that is missing beside it.
+pub(super) const FOR_ANOTHER: [&str; 3] = [HELD_OUT, NO_WORSE, SIZE];
+const NO_WORSE: &str = "no recording worse";
+const SIZE: &str = "size";
+
 /// Runs all gates.
 pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     let gate = |name: &str, passed: bool, detail: String| Gate { name: name.to_owned(), passed, detail };
@@ -209,7 +222,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
                 format!("improves the held-out recordings by {:.1} standard errors", held_out.z),
             ));
             gates.push(gate(
-                "no recording worse",
+                NO_WORSE,
                 held_out.worst_z > -2.0,
                 format!("the held-out recording that gains least: {:.1} standard errors", held_out.worst_z),
             ));
@@ -238,7 +251,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     }
     let share = trialled.share();
     gates.push(gate(
-        "size",
+        SIZE,
         share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
         match trialled.held_out_share {
             Some(held_out) => format!(
@@ -268,7 +281,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         if let Some(own) = closer.cut_short {
             gates.push(gate(
                 "unrivalled",
-                trialled.is_unrivalled(own),
+                trialled.is_unrivalled(own) || (closer.rest_is_foreign && trialled.is_beyond_doubt(options)),
                 format!(
                     "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
                      of its effect being what no others make",
@@ -305,7 +318,13 @@ mod tests {
     /// A law that takes these shares off what noise does not explain, found by a search that time has ended.
     fn cut_short(training: f64, held_out: f64, own: f64) -> bool {
         let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
-        let closer = Closer { consistency: None, stable: true, rest: Some(1.0), cut_short: Some(own) };
+        let closer = Closer {
+            consistency: None,
+            stable: true,
+            rest: Some(1.0),
+            cut_short: Some(own),
+            rest_is_foreign: false,
+        };
         let parameters = [("force".to_owned(), 1.0, 0.01, 0.0, f64::INFINITY)];
         let trialled = Trialled {
             training: improvement,

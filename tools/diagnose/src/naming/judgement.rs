@@ -2,18 +2,21 @@
 
 use rayon::prelude::*;
 
-use super::gates::{Closer, DETERMINED, DOUBT, improvement, is_only_unconfirmed};
-use super::nested::{contains, leaves_open};
+use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
+use super::nested::contains;
 use super::rounds::Tried;
 use super::screening::{Screened, own_share};
 use super::selection::{Search, Selection};
 use super::sets::Member;
-use crate::adequacy::{is_adequate, is_loud};
+use crate::adequacy::{Rest, is_loud};
 use crate::fit::Fitted;
 use crate::intervals::precision;
 use crate::record::Record;
 use crate::simulation::simulate;
 use stillbeam_recording::Role;
+
+/// So many times the separation of two sets behind, a set that has been fitted for a while is no rival.
+const FAR_BEHIND: f64 = 10.0;
 
 impl Search<'_> {
     /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it, drops the
@@ -33,7 +36,7 @@ impl Search<'_> {
                 selection.chosen = self.member(laws, refitted.clone()).unwrap_or(selection.chosen);
                 return selection;
             }
-            selection.chosen = self.finished(selection.chosen);
+            selection.chosen = self.uneven_if_better(self.finished(selection.chosen));
             if self.patience.is_spent() {
                 selection.left_out.push("the best values of what was chosen");
             }
@@ -68,6 +71,10 @@ impl Search<'_> {
                 break;
             }
         }
+        let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
+        let open: Vec<Member> =
+            self.left_open(&selection.chosen).into_iter().filter(|member| !known(member)).collect();
+        selection.rivals.extend(open);
         if !self.is_over() {
             self.put_simplest_first(&mut selection, refitted);
         }
@@ -100,6 +107,7 @@ impl Search<'_> {
         let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &|parameter| parameter.is_added);
         let stable = self.is_stable(chosen);
         let rest = self.structured_rest(chosen);
+        let rest_is_foreign = self.rest(chosen) == Rest::Foreign;
         let cut_short = cut_short && self.leaves_more_than_noise(chosen);
         (0..chosen.laws.len())
             .into_par_iter()
@@ -128,6 +136,7 @@ impl Search<'_> {
                     stable,
                     rest,
                     cut_short: cut_short.then_some(own_share),
+                    rest_is_foreign,
                 });
                 // Whether a law is there hangs on noise; how large it is, on the drawing too.
                 let mut tried = self.judged(
@@ -151,10 +160,10 @@ impl Search<'_> {
     }
 
     /// Sum of squares of the training recordings beyond the noise that is seen under a set; `None` where only noise is left.
-    pub(crate) fn structured_rest(&self, member: &Member) -> Option<f64> {
+    fn structured_rest(&self, member: &Member) -> Option<f64> {
         let on_all = member.on_all();
         let floors = self.study.floors(&on_all);
-        if is_adequate(&self.study.adequacies(&on_all, &floors), self.options) {
+        if Rest::of(&self.study.adequacies(&on_all, &floors), self.options) == Rest::Noise {
             return None;
         }
         let noise: f64 = self
@@ -173,8 +182,13 @@ impl Search<'_> {
     /// Whether more than noise is left under a set, by its power.
     fn leaves_more_than_noise(&self, member: &Member) -> bool {
         let on_all = member.on_all();
-        let floors = self.study.floors(&on_all);
-        is_loud(&self.study.adequacies(&on_all, &floors), self.options)
+        is_loud(&self.study.adequacies(&on_all, &self.study.floors(&on_all)), self.options)
+    }
+
+    /// What a set leaves over.
+    pub(crate) fn rest(&self, member: &Member) -> Rest {
+        let on_all = member.on_all();
+        Rest::of(&self.study.adequacies(&on_all, &self.study.floors(&on_all)), self.options)
     }
 
     /// Whether the model stays within ten times what is linear when the input is half as large again.
@@ -196,12 +210,16 @@ impl Search<'_> {
         })
     }
 
-    /// Time is over: whatever was tried and passes its gates counts as doing as well, for that it does not is not known.
+    /// Time is over: whatever was tried and passes its gates counts as doing as well, for that it does not is not known; but for what is so
+    /// far behind that no further fit would bring it here.
     fn suspect_rivals(&self, selection: &mut Selection) {
         selection.left_out.push("laws that would do as well");
         let chosen = &selection.chosen.laws;
         let others = selection.tried.iter().filter(|other| {
-            other.passes() && !chosen.contains(&other.candidate) && other.member.laws.len() == chosen.len()
+            other.passes()
+                && !chosen.contains(&other.candidate)
+                && other.member.laws.len() == chosen.len()
+                && self.better_by(&other.member, &selection.chosen) < FAR_BEHIND * self.options.separation
         });
         let suspected: Vec<Member> = others.map(|other| other.member.clone()).collect();
         let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
@@ -212,21 +230,6 @@ impl Search<'_> {
     /// Whether all that could take the place of the chosen laws has been tried already.
     fn knows_rivals(&self, selection: &Selection) -> bool {
         selection.chosen.laws.len() == 1 && !self.weighed_again
-    }
-
-    /// Whether a set differs from the chosen one by a richer law in a law's place, and the recordings do not say that it is no more
-    /// than that one. That what it has more is not determined is then the point.
-    fn is_left_open(&self, other: &Tried, chosen: &Member) -> bool {
-        let rich = &self.candidates[other.candidate];
-        let mut replaced = chosen.laws.iter().filter(|law| !other.member.laws.contains(law));
-        let (Some(&simple), None) = (replaced.next(), replaced.next()) else { return false };
-        let simple = &self.candidates[simple];
-        rich.location == simple.location
-            && leaves_open(rich.law.id(), simple.law.id(), &other.parameters)
-            && other
-                .gates
-                .iter()
-                .all(|gate| gate.passed || [DETERMINED, "bounds"].contains(&gate.name.as_str()))
     }
 
     /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks
@@ -264,9 +267,7 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let contends = (other.passes() && as_simple)
-                || self.is_left_open(&other, chosen)
-                || self.is_better_unconfirmed(&other, chosen);
+            let contends = (other.passes() && as_simple) || self.is_better_unconfirmed(&other, chosen);
             if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {
                 selection.rivals.push(member);
             }

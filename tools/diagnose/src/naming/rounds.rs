@@ -10,6 +10,7 @@ use super::screening::{Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
 use super::trials::Trial;
+use crate::adequacy::Rest;
 use crate::fit::{Effort, Fitted, Others, fit_near};
 use crate::intervals::rough_standard_errors;
 use crate::parameters::FreeParameter;
@@ -146,11 +147,11 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// Standard errors that a further law must have on the training recordings: where nothing is left that does not look like noise,
-    /// it must be beyond doubt.
+    /// Standard errors that a further law must have on the training recordings: where nothing is left that goes with the motion, it must
+    /// be beyond doubt. A random force that shakes a resonance looks much like a steady tone.
     fn least_t(&self, base: &Member) -> f64 {
-        let is_noise = !base.laws.is_empty() && self.structured_rest(base).is_none();
-        if is_noise { DOUBT * self.options.training_gate } else { self.options.training_gate }
+        let nothing_to_find = !base.laws.is_empty() && self.rest(base) != Rest::Structured;
+        if nothing_to_find { DOUBT * self.options.training_gate } else { self.options.training_gate }
     }
 
     /// The candidates that are worth a sketch, the most promising first.

@@ -40,6 +40,10 @@ const WORTH: f64 = 0.5;
 const MANY: usize = 6;
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
+/// So much weaker a trial is looked at again, ...
+const WEAKER: f64 = 0.1;
+/// ... where less than this share of its effect's power is the same but for its size.
+const IN_PROPORTION: f64 = 0.9;
 /// Good enough: within this factor.
 const CLOSE: f64 = 4.0;
 
@@ -62,14 +66,17 @@ pub(crate) fn screen(
         .enumerate()
         .filter(|_| !is_given_up())
         .filter_map(|(index, candidate)| {
-            let seen: Vec<Seen> = telling
-                .best_trials(stack, fitted, candidate)
+            let sized = telling.best_trials(stack, fitted, candidate);
+            let weaker: Vec<Sized> =
+                sized.iter().filter_map(|sized| telling.weaker(stack, fitted, candidate, sized)).collect();
+            let seen: Vec<Seen> = sized
                 .into_iter()
+                .chain(weaker)
                 .filter_map(|sized| {
                     see(stack, fitted, &residuals, &absorbing, candidate, sized, telling.record)
                 })
                 .collect();
-            let mut seen = joined_quadratures(seen, &residuals);
+            let mut seen = joined(seen, &residuals);
             seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
             let least = WORTH * seen.first().map_or(0.0, |best| best.explained);
             let others = seen.iter().skip(1).take(OTHERS).filter(|other| other.explained > least);
@@ -169,6 +176,34 @@ impl<'t> Telling<'t> {
         if left > 0.0 { along * along / left } else { 0.0 }
     }
 
+    /// The same trial much weaker, where that is another effect and not only a smaller one: a base that drifts without a law and is held
+    /// by it moves otherwise the more the stronger the law is, and where to begin is not known. `None` where the effect is in proportion.
+    fn weaker<'c>(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &Candidate,
+        sized: &Sized<'c>,
+    ) -> Option<Sized<'c>> {
+        if sized.trial.amplitudes.is_empty() {
+            return None;
+        }
+        let mut strong = sized.effect.clone()?;
+        let size = WEAKER * sized.size;
+        let effect = effect(stack, fitted, candidate, sized.trial, size, self.record)?;
+        let mut weak = effect.clone();
+        self.absorbing.remove_from(&mut strong);
+        self.absorbing.remove_from(&mut weak);
+        let both = dot(&strong, &weak);
+        let alike = both * both / (dot(&strong, &strong) * dot(&weak, &weak));
+        (alike < IN_PROPORTION).then(|| Sized {
+            trial: sized.trial,
+            size,
+            explained: self.explained(effect.clone()),
+            effect: Some(effect),
+        })
+    }
+
     fn sized<'c>(
         &self,
         stack: &Stack<'_>,
@@ -225,19 +260,18 @@ fn share_with_quadrature(compared: &mut [Sized<'_>]) {
     }
 }
 
-/// Pairs of waves a quarter apart replaced by the wave of any phase that explains most: to first order the force is linear in both, so
-/// amplitude and phase come from two trials.
-fn joined_quadratures(seen: Vec<Seen>, residuals: &[f64]) -> Vec<Seen> {
+/// Pairs of trials that add up replaced by the sum that explains most: waves a quarter apart by the wave of any phase, to first order the
+/// force being linear in both.
+fn joined(seen: Vec<Seen>, residuals: &[f64]) -> Vec<Seen> {
     let mut left: Vec<Option<Seen>> = seen.into_iter().map(Some).collect();
     let mut all = Vec::with_capacity(left.len());
     for index in 0..left.len() {
         let Some(one) = left[index].take() else { continue };
-        let partner = (index + 1..left.len()).find(|&later| {
-            left[later].as_ref().is_some_and(|other| other.trial.is_quadrature_of(&one.trial))
-        });
+        let partner = (index + 1..left.len())
+            .find(|&later| left[later].as_ref().is_some_and(|other| other.trial.adds_to(&one.trial)));
         match partner.and_then(|later| left[later].take()).map(|other| one.joined(&other, residuals)) {
-            Some(Some(joined)) => all.push(joined),
-            Some(None) | None => all.push(one),
+            Some(Some(joined)) if joined.explained > CLEARLY_MORE * one.explained => all.push(joined),
+            _ => all.push(one),
         }
     }
     all
@@ -258,7 +292,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// This wave and the one a quarter of a period ahead as one; `None` where they do the same.
+    /// This trial and one that adds to it as one; `None` where they do the same.
     fn joined(&self, ahead: &Self, residuals: &[f64]) -> Option<Self> {
         let (a, b, both) = (
             dot(&self.effect, &self.effect),
@@ -273,14 +307,13 @@ impl Seen {
         let shares =
             [(b * along_a - both * along_b) / determinant, (a * along_b - both * along_a) / determinant];
         let parts = [shares[0] * self.size, shares[1] * ahead.size];
-        let factor = parts[0].hypot(parts[1]);
         let mut effect: Vec<f64> = self.effect.iter().map(|value| shares[0] * value).collect();
         add_scaled(&mut effect, shares[1], &ahead.effect);
         let explained = dot(&effect, residuals);
         let whole = |seen: &Self, share: f64, left: f64| share * share * left / (1.0 - seen.hidden);
         let wholes = whole(self, shares[0], a) + whole(ahead, shares[1], b);
-        let trial = self.trial.turned(parts[1].atan2(parts[0]))?;
-        (factor.is_finite() && factor > 0.0).then(|| Self {
+        let (trial, factor) = self.trial.combined(parts, &ahead.trial)?;
+        (factor.is_finite() && factor != 0.0).then(|| Self {
             trial,
             size: factor,
             factor,
@@ -292,7 +325,9 @@ impl Seen {
     }
 }
 
-/// Two waves are the same when less than this share of one's power is its own.
+/// Two trials together are looked at further where they explain so many times what one does.
+const CLEARLY_MORE: f64 = 1.01;
+/// Two trials are the same when less than this share of one's power is its own.
 const ALIKE: f64 = 1e-4;
 
 fn see(

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 use stillbeam_plant::Model;
 
-use super::gates::DETERMINED;
+use super::gates::{DETERMINED, FOR_ANOTHER};
 use super::rounds::{Round, Tried};
 use super::screening::Screened;
 use super::sets::Member;
@@ -93,7 +93,8 @@ impl Search<'_> {
                 tried_first.clone_from(&tried);
             }
             let richer = || self.richer_in_place(&chosen, &tried);
-            let Some(best) = self.simplest_of_the_best(&tried).or_else(richer) else {
+            let found = self.simplest_of_the_best(&tried).or_else(richer);
+            let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
                 if self.is_over() && !chosen.laws.is_empty() {
                     left_out.push("further laws");
                 }
@@ -155,6 +156,26 @@ impl Search<'_> {
         instead.filter(better).min_by(by_fit)
     }
 
+    /// Two laws where none passes alone. Fitted to what two of them do, one law may miss what is held out, or leave more than it explains;
+    /// the second is looked for beside it all the same, and both stay only if neither can go. Only to begin with: beside laws that are
+    /// there already what no law explains is mostly small.
+    fn two_at_once(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
+        if !chosen.laws.is_empty() {
+            return None;
+        }
+        let mut firsts: Vec<&Tried> = tried.iter().filter(|tried| may_lack_another(tried)).collect();
+        firsts.sort_by(|a, b| by_fit(a, b));
+        firsts.truncate(LACKING);
+        let needed = |pair: &Tried| {
+            let place = pair.member.laws.len() - 2;
+            let without = self.without(&pair.member, place);
+            without.is_some_and(|without| self.better_by(&without, &pair.member) > self.options.separation)
+        };
+        let pairs =
+            firsts.into_iter().filter_map(|first| self.simplest_of_the_best(&self.round(&first.member).1));
+        pairs.filter(needed).min_by(by_fit)
+    }
+
     /// Deletes laws that are not missed.
     fn pruned(&self, mut member: Member) -> Member {
         while member.laws.len() > 1 {
@@ -196,6 +217,14 @@ impl Search<'_> {
         }
         member
     }
+}
+
+/// Laws beside which a second one is looked for where none passes alone.
+const LACKING: usize = 2;
+
+/// Whether all that speaks against a law may be another one that is missing beside it.
+fn may_lack_another(tried: &Tried) -> bool {
+    tried.gates.iter().all(|gate| gate.passed || FOR_ANOTHER.contains(&gate.name.as_str()))
 }
 
 fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {

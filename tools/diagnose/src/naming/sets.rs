@@ -86,6 +86,34 @@ impl Search<'_> {
         self.member(laws, fitted)
     }
 
+    /// The set with another law in the place of one, begun from that law's values and fitted again.
+    pub(crate) fn exchanged(
+        &self,
+        member: &Member,
+        place: usize,
+        candidate: usize,
+        physics: &Physics,
+    ) -> Option<Member> {
+        let number = self.given_laws + place + 1;
+        let own = format!("physics.{number}.");
+        let mut hypothesis = member.fitted.hypothesis.clone();
+        *hypothesis.model.setup_mut().physics.get_mut(number - 1)? = physics.clone();
+        let other = &self.candidates[candidate];
+        let added = law_parameters(&hypothesis.model, physics, number, other, &other.amplitude_names());
+        let rows = member.fitted.free.iter().zip(&member.fitted.values);
+        let (mut free, mut start): (Vec<FreeParameter>, Vec<f64>) = rows
+            .filter(|(parameter, _)| !parameter.path.starts_with(&own))
+            .map(|(parameter, value)| (parameter.clone(), *value))
+            .unzip();
+        start.extend(added.iter().map(|parameter| parameter.given));
+        free.extend(added);
+        let stack = self.study.stack(Role::Train);
+        let fitted = fit(&stack, &hypothesis, &free, &start, &member.fitted.initial_states(), Effort::TRIAL)?;
+        let mut laws = member.laws.clone();
+        *laws.get_mut(place)? = candidate;
+        self.member(laws, fitted)
+    }
+
     /// How many standard errors a set is better than another over all recordings, training and held out; every parameter
     /// that it has more is worth one square of noise in training.
     pub(crate) fn better_by(&self, without: &Member, with: &Member) -> f64 {
@@ -98,7 +126,8 @@ impl Search<'_> {
         let freedom = with.fitted.free.len() as f64 - without.fitted.free.len() as f64;
         let scale = with.fitted.sum_of_squares / self.study.stack(Role::Train).present().max(1) as f64;
         let gain = training.gain + held_out.gain - freedom * scale;
-        let sd = (training.variance + held_out.variance).sqrt();
+        // The square that a parameter is worth is itself uncertain by as much: two sets that do the same are no standard errors apart.
+        let sd = (training.variance + held_out.variance + scale * scale).sqrt();
         if sd > 0.0 { gain / (2.0 * sd) } else { 0.0 }
     }
 
@@ -181,7 +210,9 @@ pub(crate) fn law_parameters(
             let name = parameter.path.strip_prefix(&own)?.to_owned();
             let given = *physics.parameters.get(&name)?;
             // A limit that does not limit is no parameter.
-            if !given.is_finite() || AS_GIVEN.contains(&name.as_str()) {
+            // Where a cable pulls to is the others' to say unless it is asked for: most machines start where it does not pull.
+            let is_asked = name == "rest_position" && given != 0.0;
+            if !given.is_finite() || (AS_GIVEN.contains(&name.as_str()) && !is_asked) {
                 return None;
             }
             let range = candidate.ranges.iter().find(|(ranged, ..)| *ranged == name);

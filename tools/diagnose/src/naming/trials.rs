@@ -41,6 +41,30 @@ impl Trial {
             && other.turned(FRAC_PI_2).is_some_and(|ahead| ahead.shapes == self.shapes)
     }
 
+    /// Whether two trials of one law add up to one of the same law: a wave and the one a quarter ahead, a cable that pulls towards where the
+    /// machine starts and one that pulls evenly.
+    pub(crate) fn adds_to(&self, other: &Self) -> bool {
+        self.is_quadrature_of(other) || (self.rest_position().is_some() && other.rest_position().is_some())
+    }
+
+    /// The trial, and what its amplitudes are to be multiplied by, that has so many times the force of this one and so many times that of
+    /// one that adds to it; `None` where there is none.
+    pub(crate) fn combined(&self, parts: [f64; 2], other: &Self) -> Option<(Self, f64)> {
+        let (Some(rest), Some(other_rest)) = (self.rest_position(), other.rest_position()) else {
+            return Some((self.turned(parts[1].atan2(parts[0]))?, parts[0].hypot(parts[1])));
+        };
+        let own = self.amplitudes.first()?.1;
+        let [k, other_k] = [parts[0] * own, parts[1] * other.amplitudes.first()?.1];
+        let mut trial = self.clone();
+        let (_, value) = trial.shapes.iter_mut().find(|(name, _)| *name == "rest_position")?;
+        *value = (k * rest + other_k * other_rest) / (k + other_k);
+        value.is_finite().then_some((trial, (k + other_k) / own))
+    }
+
+    fn rest_position(&self) -> Option<f64> {
+        self.shapes.iter().find(|(name, _)| *name == "rest_position").map(|(_, value)| *value)
+    }
+
     /// The same wave with another phase; `None` for what is no wave.
     pub(crate) fn turned(&self, by_rad: f64) -> Option<Self> {
         let mut turned = self.clone();
@@ -199,7 +223,11 @@ fn trials(
         "quadratic_drag" => amplitude("drag", f / (v * v)),
         "cogging" => waves("force", f),
         "force_ripple" => waves("ripple", 0.01),
-        "cable_spring" => amplitude("stiffness", f / z),
+        // A base that nothing holds starts anywhere beside a cable's rest: far away it pulls evenly.
+        "cable_spring" => [(f / z, 0.0), (f / (FAR * z), FAR * z)]
+            .iter()
+            .map(|(stiffness, rest)| shaped("stiffness", *stiffness, &[("rest_position", *rest)]))
+            .collect(),
         "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
         "hysteresis" => {
             [0.3, 1.0, 3.0].iter().map(|share| shaped("stiffness", f / z, &[("beta", share / z)])).collect()
@@ -256,6 +284,9 @@ fn trials(
         _ => Vec::new(),
     }
 }
+
+/// So many times the motion away a cable's rest is another force than a spring's.
+const FAR: f64 = 1e3;
 
 /// A sensor's limit is looked for up to this many times its largest reading.
 const ABOVE_READINGS: f64 = 1.5;

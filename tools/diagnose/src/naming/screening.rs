@@ -36,7 +36,7 @@ const OTHERS: usize = 2;
 /// As long as they explain this share of what the best explains.
 const WORTH: f64 = 0.5;
 
-/// Trials of one law that are looked at on all recordings: the most promising on the recording of which most is left.
+/// Trials of one law whose effects are simulated: the most promising along the motion that there is without them.
 const MANY: usize = 6;
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
@@ -60,7 +60,7 @@ pub(crate) fn screen(
     let columns = fitted.sensitivities(stack);
     let mut absorbing = Orthonormal::default();
     columns.iter().for_each(|column| absorbing.push(column.clone()));
-    let telling = Telling::new(stack, fitted, &residuals, &columns);
+    let telling = Telling::new(stack, fitted, &residuals, &columns, &absorbing);
     candidates
         .par_iter()
         .enumerate()
@@ -87,13 +87,22 @@ pub(crate) fn screen(
         .collect()
 }
 
-/// The recording of which most is left: there trials are brought to size, and where there are many of them compared.
+/// The recording of which most is left: there trials are brought to size.
 struct Telling<'t> {
     record: usize,
     residuals: &'t [f64],
     absorbing: Orthonormal,
-    /// The motion there under the fitted model, where that is known.
-    motion: Option<Motion>,
+    /// All recordings, on which trials are compared where there are many of them: the one of which most is left may only be the longest
+    /// or the noisiest, and show little of a law.
+    whole: Whole<'t>,
+}
+
+/// What is left of all recordings, and what the model's own parameters could absorb of it.
+struct Whole<'t> {
+    residuals: &'t [f64],
+    absorbing: &'t Orthonormal,
+    /// The motion on each under the fitted model, where that is known.
+    motions: Option<Vec<Motion>>,
 }
 
 /// A trial, what its amplitudes are to be multiplied by, and its effect on the telling recording if that was simulated.
@@ -105,7 +114,13 @@ struct Sized<'c> {
 }
 
 impl<'t> Telling<'t> {
-    fn new(stack: &Stack<'_>, fitted: &Fitted, residuals: &'t [f64], columns: &[Vec<f64>]) -> Self {
+    fn new(
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        residuals: &'t [f64],
+        columns: &[Vec<f64>],
+        all_absorbing: &'t Orthonormal,
+    ) -> Self {
         let mut start = 0;
         let mut best = (0, f64::NEG_INFINITY, 0..0);
         for (index, record) in fitted.records.iter().enumerate() {
@@ -119,9 +134,10 @@ impl<'t> Telling<'t> {
         let (record, _, rows) = best;
         let mut absorbing = Orthonormal::default();
         columns.iter().for_each(|column| absorbing.push(column[rows.clone()].to_vec()));
-        let fit = fitted.records.get(record);
-        let motion = fit.and_then(|fit| motion(&fitted.hypothesis, stack.records[record], &fit.initial));
-        Self { record, residuals: &residuals[rows], absorbing, motion }
+        let fits = fitted.records.iter().zip(&stack.records);
+        let motions = fits.map(|(fit, record)| motion(&fitted.hypothesis, record, &fit.initial)).collect();
+        let whole = Whole { residuals, absorbing: all_absorbing, motions };
+        Self { record, residuals: &residuals[rows], absorbing, whole }
     }
 
     /// The trials that are looked at on all recordings. Where there are many, they are compared by what their forces would do
@@ -159,21 +175,22 @@ impl<'t> Telling<'t> {
         trial: &'c Trial,
     ) -> Option<Sized<'c>> {
         let law = candidate.physics(trial, 1.0);
-        let signals =
-            first_effect(&fitted.hypothesis, stack.records[self.record], &law, self.motion.as_ref()?)?;
-        let mut effect = stack.weighted(self.record, &signals);
-        fitted.records[self.record].nuisances.remove_from(&mut effect);
+        let mut effect = Vec::with_capacity(self.whole.residuals.len());
+        for (record, motion) in self.whole.motions.as_ref()?.iter().enumerate() {
+            let signals = first_effect(&fitted.hypothesis, stack.records[record], &law, motion)?;
+            let mut own = stack.weighted(record, &signals);
+            fitted.records[record].nuisances.remove_from(&mut own);
+            effect.extend(own);
+        }
         let length = dot(&effect, &effect).sqrt();
-        let size = dot(self.residuals, self.residuals).sqrt() / length;
-        size.is_finite().then(|| Sized { trial, size, explained: self.explained(effect), effect: None })
+        let size = dot(self.whole.residuals, self.whole.residuals).sqrt() / length;
+        let explained = || explained(effect, self.whole.residuals, self.whole.absorbing);
+        size.is_finite().then(|| Sized { trial, size, explained: explained(), effect: None })
     }
 
-    /// What an effect would take off the residual, the model's own parameters following.
-    fn explained(&self, mut effect: Vec<f64>) -> f64 {
-        self.absorbing.remove_from(&mut effect);
-        let left = dot(&effect, &effect);
-        let along = dot(&effect, self.residuals);
-        if left > 0.0 { along * along / left } else { 0.0 }
+    /// What an effect would take off the residual of the telling recording.
+    fn explained(&self, effect: Vec<f64>) -> f64 {
+        explained(effect, self.residuals, &self.absorbing)
     }
 
     /// The same trial much weaker, where that is another effect and not only a smaller one: a base that drifts without a law and is held
@@ -245,6 +262,14 @@ impl<'t> Telling<'t> {
         }
         last
     }
+}
+
+/// What an effect would take off a residual, the model's own parameters following.
+fn explained(mut effect: Vec<f64>, residuals: &[f64], absorbing: &Orthonormal) -> f64 {
+    absorbing.remove_from(&mut effect);
+    let left = dot(&effect, &effect);
+    let along = dot(&effect, residuals);
+    if left > 0.0 { along * along / left } else { 0.0 }
 }
 
 /// Waves that differ by a quarter in phase and in nothing else count together: each alone may explain nothing of a wave between them.

@@ -325,4 +325,13 @@ mod tests {
         assert!(open.contains("neither confirm nor contradict"), "{open}");
         assert!(said(Verdict::Unexplained, &[]).contains("no law of the catalogue"));
     }
+
+    #[test]
+    fn what_remains_is_said_to_be_the_machines_own_or_not() {
+        let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
+        let said = |rest: Rest| sentence(Verdict::Improved, &[], &[], &fit, rest);
+        assert!(said(Rest::Foreign).contains("does not go with the motion"));
+        assert!(said(Rest::Structured).contains("A structured rest remains"));
+        assert!(!said(Rest::Noise).contains("remain"), "time ended the search, and nothing is left");
+    }
 }

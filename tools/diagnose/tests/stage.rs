@@ -167,11 +167,10 @@ fn friction_of_which_only_the_sum_is_seen_may_differ_by_direction() {
 }
 
 #[test]
-fn a_law_beside_a_random_force_is_named_and_the_force_said_to_be_no_part_of_the_machine() {
+fn a_law_beside_a_random_force_is_named_alone() {
     let found =
-        diagnosed_beside(&with(Physics::new("cubic_stiffness", "slider").with("stiffness", 2e5)), 0.1);
+        diagnosed_beside(&with(Physics::new("cubic_stiffness", "slider").with("stiffness", 3e4)), 0.1);
     assert_eq!(named(&found), ["cubic_stiffness"], "{:?}: {}", found.verdict, found.sentence);
-    assert!(found.sentence.contains("does not go with the motion"), "{}", found.sentence);
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::intervals::standard_errors;
 /// Dry friction that is the same both ways, and that which need not be.
 const EVEN: &str = "coulomb_friction";
 const UNEVEN: &str = "asymmetric_friction";
+const STEADY: &str = "constant_force";
 
 impl Search<'_> {
     /// Sets in which dry friction of the chosen set may differ by direction, where the recordings do not say that it does not.
@@ -36,10 +37,14 @@ impl Search<'_> {
     /// on its way.
     fn uneven_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
         let even = &self.candidates[chosen.laws[place]];
-        let is_uneven =
-            |other: &&super::trials::Candidate| other.law.id() == UNEVEN && other.location == even.location;
-        let uneven = self.candidates.iter().position(|other| is_uneven(&other))?;
-        if even.law.id() != EVEN || chosen.laws.contains(&uneven) {
+        let is_there = |index: usize, id: &str| {
+            let other = &self.candidates[index];
+            other.law.id() == id && other.location == even.location
+        };
+        let uneven = (0..self.candidates.len()).find(|&index| is_there(index, UNEVEN))?;
+        // Even friction with a steady force is uneven friction already: see `same_force`.
+        let differs = chosen.laws.iter().any(|&index| index == uneven || is_there(index, STEADY));
+        if even.law.id() != EVEN || differs {
             return None;
         }
         let laws = &chosen.fitted.hypothesis.model.setup().physics;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::contains;
-use super::rounds::Tried;
+use super::rounds::{Place, Tried};
 use super::screening::{Screened, own_share};
 use super::selection::{Search, Selection};
 use super::sets::Member;
@@ -64,7 +64,7 @@ impl Search<'_> {
             say("looking for laws that would do as well", 0.3 + 0.6 * place as f64 / without.len() as f64);
             // What is known already costs nothing.
             if !self.is_over() || self.knows_rivals(&selection) {
-                self.find_rivals(&mut selection, set);
+                self.find_rivals(&mut selection, place, set);
             }
             if self.is_over() {
                 self.suspect_rivals(&mut selection);
@@ -106,9 +106,10 @@ impl Search<'_> {
         let stack = self.study.stack(Role::Train);
         let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &|parameter| parameter.is_added);
         let stable = self.is_stable(chosen);
-        let rest = self.structured_rest(chosen);
-        let rest_is_foreign = self.rest(chosen) == Rest::Foreign;
-        let cut_short = cut_short && self.leaves_more_than_noise(chosen);
+        let (beyond_noise, rest, is_loud) = self.left_under(chosen);
+        let rest_is_foreign = rest == Rest::Foreign;
+        let rest = (rest != Rest::Noise).then_some(beyond_noise);
+        let cut_short = cut_short && is_loud;
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
@@ -159,30 +160,19 @@ impl Search<'_> {
             .unzip()
     }
 
-    /// Sum of squares of the training recordings beyond the noise that is seen under a set; `None` where only noise is left.
-    fn structured_rest(&self, member: &Member) -> Option<f64> {
+    /// What a set leaves over: its sum of squares on the training recordings beyond the noise that is seen under it, what it is, and whether
+    /// it has more power than noise.
+    fn left_under(&self, member: &Member) -> (f64, Rest, bool) {
         let on_all = member.on_all();
         let floors = self.study.floors(&on_all);
-        if Rest::of(&self.study.adequacies(&on_all, &floors), self.options) == Rest::Noise {
-            return None;
-        }
-        let noise: f64 = self
-            .study
-            .train
-            .iter()
-            .flat_map(|record| &record.outputs)
-            .filter_map(|output| {
-                let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
-                Some(relative * relative * output.at.len() as f64)
-            })
-            .sum();
-        Some((member.fitted.sum_of_squares - noise).max(0.0))
-    }
-
-    /// Whether more than noise is left under a set, by its power.
-    fn leaves_more_than_noise(&self, member: &Member) -> bool {
-        let on_all = member.on_all();
-        is_loud(&self.study.adequacies(&on_all, &self.study.floors(&on_all)), self.options)
+        let tests = self.study.adequacies(&on_all, &floors);
+        let outputs = self.study.train.iter().flat_map(|record| &record.outputs);
+        let noise = outputs.filter_map(|output| {
+            let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
+            Some(relative * relative * output.at.len() as f64)
+        });
+        let beyond_noise = (member.fitted.sum_of_squares - noise.sum::<f64>()).max(0.0);
+        (beyond_noise, Rest::of(&tests, self.options), is_loud(&tests, self.options))
     }
 
     /// What a set leaves over.
@@ -245,11 +235,13 @@ impl Search<'_> {
             && self.better_by(&other.member, chosen) < self.options.separation
     }
 
-    fn find_rivals(&self, selection: &mut Selection, without: &Member) {
+    fn find_rivals(&self, selection: &mut Selection, place: usize, without: &Member) {
         let tried = if self.knows_rivals(selection) {
             selection.tried.clone()
         } else {
-            let (screened, tried) = self.round(without);
+            let chosen = &selection.chosen;
+            let place = Place { law: chosen.laws[place], left: chosen.fitted.sum_of_squares };
+            let (screened, tried) = self.round_in_place(without, place);
             if selection.chosen.laws.len() == 1 {
                 selection.screened = screened;
             }

@@ -3,6 +3,16 @@
 use stillbeam_plant::{Model, simulate};
 use stillbeam_recording::Recording;
 
+use super::scales::Scales;
+use super::selection::Search;
+use super::sets::Member;
+use super::trials::all_candidates;
+use crate::comparison::compare;
+use crate::options::Options;
+use crate::patience::Patience;
+use crate::simulation::Hypothesis;
+use crate::study::Study;
+
 const MACHINE: &str = r#"
     schema = 1
     kind = "lumped"
@@ -37,4 +47,52 @@ pub(crate) fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
         simulate(machine, &commanded).unwrap()
     };
     amplitudes.iter().enumerate().map(run).collect()
+}
+
+/// The same with white noise of this size.
+pub(crate) fn noisy_runs(machine: &Model, amplitudes: &[f64], noise_m: f64) -> Vec<Recording> {
+    let mut state = 1_u64;
+    let mut uniform = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    };
+    let noisy = |recording: Recording| {
+        let position = recording.column("position_m").unwrap().iter();
+        // Twelve uniform numbers are normal enough, and of variance one.
+        let read = position.map(|x| x + noise_m * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)).collect();
+        let force = recording.column("force_N").unwrap().to_vec();
+        Recording::new(recording.name, recording.time_s)
+            .with_column("force_N", force)
+            .with_column("position_m", read)
+    };
+    runs(machine, amplitudes).into_iter().map(noisy).collect()
+}
+
+/// A search around the machine, beside the refit to what was recorded of another one; and that refit.
+pub(crate) fn searched<T>(
+    recorded: &[Recording],
+    held_out: &[Recording],
+    look: impl FnOnce(&Search<'_>, Member) -> T,
+) -> T {
+    let given = machine();
+    let mut study = Study::new(&given, recorded, held_out).unwrap();
+    let compared = compare(&mut study, &Hypothesis::given(&given)).unwrap();
+    let options = Options::default();
+    let starts = compared.refitted.initial_states();
+    let scales = Scales::new(&compared.refitted.hypothesis, &study.train, &starts).unwrap();
+    let candidates = all_candidates(&compared.refitted.hypothesis, &scales, &study.train, &[], &[]);
+    let search = Search {
+        given_laws: 0,
+        given: &given,
+        candidates: &candidates,
+        options: &options,
+        floors: compared.floors.clone(),
+        weighed_again: false,
+        patience: Patience::new(&options),
+        rounds: std::sync::Mutex::default(),
+        held_out_starts: Vec::new(),
+        study: &mut study,
+    };
+    let refitted = search.member(Vec::new(), compared.refitted).unwrap();
+    look(&search, refitted)
 }

@@ -47,14 +47,21 @@ const IN_PROPORTION: f64 = 0.9;
 /// Good enough: within this factor.
 const CLOSE: f64 = 4.0;
 
-/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out, and those that
-/// are not reached before it is given up.
+/// What a screen leaves out.
+pub(crate) struct Leaving<'l> {
+    /// Candidates whose forces, along the motion that there is without them, would take off less than this sum of squares.
+    pub(crate) least_explained: f64,
+    /// All that have not been reached when this holds.
+    pub(crate) is_given_up: &'l (dyn Fn() -> bool + Sync),
+}
+
+/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out, too.
 pub(crate) fn screen(
     stack: &Stack<'_>,
     fitted: &Fitted,
     candidates: &[Candidate],
     slowest_hz: Option<f64>,
-    is_given_up: &(dyn Fn() -> bool + Sync),
+    leaving: &Leaving<'_>,
 ) -> Vec<Screened> {
     let residuals = fitted.residuals();
     let columns = fitted.sensitivities(stack);
@@ -64,7 +71,8 @@ pub(crate) fn screen(
     candidates
         .par_iter()
         .enumerate()
-        .filter(|_| !is_given_up())
+        .filter(|_| !(leaving.is_given_up)())
+        .filter(|(_, candidate)| telling.may_take_off(stack, fitted, candidate, leaving.least_explained))
         .filter_map(|(index, candidate)| {
             let sized = telling.best_trials(stack, fitted, candidate);
             let weaker: Vec<Sized> =
@@ -165,6 +173,23 @@ impl<'t> Telling<'t> {
             None => self.sized(stack, fitted, candidate, sized.trial, sized.size),
         };
         compared.into_iter().filter_map(simulated).collect()
+    }
+
+    /// Whether a candidate could take so much off; where that is not known without a simulation it could.
+    fn may_take_off(
+        &self,
+        stack: &Stack<'_>,
+        fitted: &Fitted,
+        candidate: &Candidate,
+        least_explained: f64,
+    ) -> bool {
+        if least_explained <= 0.0 {
+            return true;
+        }
+        let along = candidate.trials.iter().map(|trial| self.compared_along(stack, fitted, candidate, trial));
+        let Some(mut compared) = along.collect::<Option<Vec<Sized<'_>>>>() else { return true };
+        share_with_quadrature(&mut compared);
+        compared.iter().any(|sized| sized.explained > least_explained)
     }
 
     fn compared_along<'c>(

@@ -6,14 +6,14 @@
 //! may only have stood in for what came later. When a law takes away so much that the noise below is seen for the first
 //! time, the outputs are weighted by it before the search goes on.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Mutex;
 
 use rayon::prelude::*;
 use stillbeam_plant::Model;
 
 use super::gates::{DETERMINED, FOR_ANOTHER};
-use super::rounds::{Round, Tried};
+use super::rounds::{Place, Round, RoundKey, Tried};
 use super::screening::Screened;
 use super::sets::Member;
 use super::trials::Candidate;
@@ -58,8 +58,8 @@ pub(crate) struct Search<'s> {
     pub(crate) held_out_starts: Vec<Vec<f64>>,
     /// When no further search is begun.
     pub(crate) patience: Patience,
-    /// Rounds made since, by the laws of the set that they began from.
-    pub(crate) rounds: Mutex<HashMap<Vec<usize>, Round>>,
+    /// Rounds made since.
+    pub(crate) rounds: Mutex<HashMap<RoundKey, Round>>,
 }
 
 impl Search<'_> {
@@ -79,6 +79,7 @@ impl Search<'_> {
         let mut screened_first = Vec::new();
         let mut tried_first: Vec<Tried> = Vec::new();
         let mut left_out = Vec::new();
+        let mut reached = HashSet::new();
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
             if self.is_over() && !screened_first.is_empty() {
@@ -102,6 +103,10 @@ impl Search<'_> {
             };
             chosen = self.weighed_again(best.member);
             chosen = self.pruned(chosen);
+            // Two laws may each make the other look superfluous, and the third that is missing makes both come back: in circles.
+            if !reached.insert(as_set(&chosen.laws)) {
+                break;
+            }
             if chosen.laws.len() > 1 && self.is_over() {
                 left_out.push("other laws in place of those chosen");
             } else if chosen.laws.len() > 1 {
@@ -147,10 +152,8 @@ impl Search<'_> {
         let richer = tried.iter().filter(shares).min_by(|a, b| by_fit(a, b))?;
         let instead = (0..chosen.laws.len()).filter_map(|place| {
             let without = self.without(&richer.member, place)?;
-            let (_, tried) = self.round(&without);
-            let old = chosen.laws[place];
-            let others: Vec<Tried> = tried.into_iter().filter(|tried| tried.candidate != old).collect();
-            self.simplest_of_the_best(&others)
+            let old = Place { law: chosen.laws[place], left: chosen.fitted.sum_of_squares };
+            self.simplest_of_the_best(&self.round_in_place(&without, old).1)
         });
         let better = |tried: &Tried| self.better_by(chosen, &tried.member) > self.options.separation;
         instead.filter(better).min_by(by_fit)
@@ -204,10 +207,8 @@ impl Search<'_> {
                 break;
             }
             let Some(without) = self.without(&member, place) else { continue };
-            let old = member.laws[place];
-            let (_, tried) = self.round(&without);
-            let others: Vec<Tried> = tried.into_iter().filter(|tried| tried.candidate != old).collect();
-            let best = self.simplest_of_the_best(&others);
+            let old = Place { law: member.laws[place], left: member.fitted.sum_of_squares };
+            let best = self.simplest_of_the_best(&self.round_in_place(&without, old).1);
             if let Some(best) = best
                 && best.member.fitted.sum_of_squares < member.fitted.sum_of_squares
                 && self.better_by(&member, &best.member) > 0.0
@@ -217,6 +218,13 @@ impl Search<'_> {
         }
         member
     }
+}
+
+/// The laws in whatever order they were added.
+fn as_set(laws: &[usize]) -> Vec<usize> {
+    let mut set = laws.to_vec();
+    set.sort_unstable();
+    set
 }
 
 /// Laws beside which a second one is looked for where none passes alone.
@@ -229,4 +237,15 @@ fn may_lack_another(tried: &Tried) -> bool {
 
 fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::as_set;
+
+    #[test]
+    fn the_same_laws_in_another_order_are_the_same_set() {
+        assert_eq!(as_set(&[7, 2, 5]), as_set(&[5, 7, 2]));
+        assert_ne!(as_set(&[7, 2]), as_set(&[7, 2, 5]));
+    }
 }

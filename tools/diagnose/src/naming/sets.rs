@@ -35,7 +35,7 @@ const NEAR: f64 = 2.0;
 const COMES_CLOSER: f64 = 0.6;
 
 impl Search<'_> {
-    /// The beginning of the fit of a set with one more law; `own` are derivatives by the model's own parameters without it.
+    /// The beginning of the fit of a set with one more law; `others` are the model's own parameters.
     pub(crate) fn extended(
         &self,
         base: &Member,
@@ -43,7 +43,7 @@ impl Search<'_> {
         physics: &Physics,
         number: usize,
         amplitudes: &[String],
-        own: &[Vec<f64>],
+        others: Others<'_>,
     ) -> Option<Fitted> {
         let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
         let added =
@@ -54,7 +54,7 @@ impl Search<'_> {
             base.fitted.values.iter().copied().chain(added.iter().map(|parameter| parameter.given)).collect();
         let stack = self.study.stack(Role::Train);
         let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
-        fit_near(&stack, &hypothesis, &free, &start, near, Others::Known(own), Effort::BEGIN)
+        fit_near(&stack, &hypothesis, &free, &start, near, others, Effort::BEGIN)
     }
 
     pub(crate) fn member(&self, laws: Vec<usize>, fitted: Fitted) -> Option<Member> {

@@ -57,21 +57,12 @@ pub(crate) struct StandIns {
 impl Search<'_> {
     /// Looks for laws that explain the recordings as well as the refitted model while the parameters that moved too far are as given.
     pub(crate) fn stand_ins(&self, refitted: &Member) -> StandIns {
-        let stack = self.study.stack(Role::Train);
         let fitted = &refitted.fitted;
-        let errors = standard_errors(&stack, fitted, self.study.slowest_hz);
-        let far: Vec<usize> = (0..fitted.free.len())
-            .filter(|&index| moved_too_far(&fitted.free[index], fitted.values[index], errors[index]))
-            .collect();
+        let far = self.far_places(fitted);
         if far.is_empty() {
             return StandIns::default();
         }
-        let moved = far.iter().map(|&index| Moved {
-            path: fitted.free[index].path.clone(),
-            given: fitted.free[index].given,
-            to: fitted.values[index],
-        });
-        let moved = moved.collect();
+        let moved = self.far(fitted);
         let (wanted, absorbing) = self.done_by(fitted, &far);
         let mut members: Vec<Member> = (0..self.candidates.len())
             .into_par_iter()
@@ -80,6 +71,33 @@ impl Search<'_> {
             .collect();
         members.sort_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares));
         StandIns { moved, members }
+    }
+
+    /// Whether a parameter of a fit moved further than its given value can be wrong.
+    pub(crate) fn moved_far(&self, fitted: &Fitted) -> bool {
+        !self.far(fitted).is_empty()
+    }
+
+    /// Whether one moved so far that it is no parameter of the same machine any more.
+    pub(crate) fn needs_another_machine(&self, fitted: &Fitted) -> bool {
+        self.far(fitted).iter().any(Moved::is_another_machine)
+    }
+
+    /// The parameters of a fit that moved further than their given values can be wrong.
+    fn far(&self, fitted: &Fitted) -> Vec<Moved> {
+        let moved = self.far_places(fitted).into_iter().map(|index| Moved {
+            path: fitted.free[index].path.clone(),
+            given: fitted.free[index].given,
+            to: fitted.values[index],
+        });
+        moved.collect()
+    }
+
+    fn far_places(&self, fitted: &Fitted) -> Vec<usize> {
+        let errors = standard_errors(&self.study.stack(Role::Train), fitted, self.study.slowest_hz);
+        let is_far =
+            |index: &usize| moved_too_far(&fitted.free[*index], fitted.values[*index], errors[*index]);
+        (0..fitted.free.len()).filter(is_far).collect()
     }
 
     /// What these parameters changed by moving from their given values, as far as straight lines say and all others follow; and the

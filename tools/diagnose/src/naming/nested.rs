@@ -33,6 +33,29 @@ impl Search<'_> {
         better.unwrap_or(chosen)
     }
 
+    /// The set, with a richer friction replaced by dry friction that is the same at any speed and both ways where that is as good: the
+    /// richer one may have found the way to the recordings that the simpler one missed.
+    pub(crate) fn even_if_as_good(&self, chosen: Member) -> Member {
+        let places = 0..chosen.laws.len();
+        let mut even = places.filter_map(|place| self.even_instead(&chosen, place));
+        let as_good = even.find(|member| self.better_by(member, &chosen) < self.options.separation);
+        as_good.unwrap_or(chosen)
+    }
+
+    fn even_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
+        let rich = &self.candidates[chosen.laws[place]];
+        let even = self.candidates.iter().position(|other| {
+            other.law.id() == EVEN && other.location == rich.location && contains(rich.law.id(), EVEN)
+        })?;
+        let law = chosen.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        // Forces that the richer law has at different speeds or in different directions.
+        let forces = ["force", "static_force", "force_forward", "force_backward"];
+        let forces: Vec<f64> = forces.iter().filter_map(|name| law.parameters.get(*name).copied()).collect();
+        let mean = forces.iter().sum::<f64>() / forces.len() as f64;
+        let even_law = Physics::new(EVEN, rich.location.clone()).with("force", mean);
+        if mean.is_finite() { self.exchanged(chosen, place, even, &even_law) } else { None }
+    }
+
     /// The set with the friction at a place of it begun as even and free to differ: begun from nothing, a law with two forces often stops
     /// on its way.
     fn uneven_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
@@ -99,11 +122,44 @@ fn may_differ((forward, forward_error): (f64, f64), (backward, backward_error): 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::Others;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
 
     #[test]
     fn a_difference_of_direction_is_open_until_its_interval_is_narrow_about_nothing() {
         assert!(may_differ((1.9, 0.3), (0.1, 0.3)), "known as a sum only");
         assert!(may_differ((1.0, 0.15), (1.0, 0.15)), "even, but not known to be");
         assert!(!may_differ((1.02, 0.03), (0.98, 0.03)), "known to be even");
+    }
+
+    #[test]
+    fn friction_with_a_dip_that_is_not_there_is_dry_friction() {
+        let force_of = |truth: Physics| {
+            let mut machine_as_it_is = machine();
+            machine_as_it_is.setup_mut().physics = vec![truth];
+            let noisy = |amplitudes: &[f64]| noisy_runs(&machine_as_it_is, amplitudes, 1e-5);
+            searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+                let dip = search.candidates.iter().position(|c| c.law.id() == "stribeck_friction").unwrap();
+                let start = Physics::new("stribeck_friction", "mass")
+                    .with("force", 0.9)
+                    .with("static_force", 1.2)
+                    .with("velocity", 0.05);
+                let amplitudes = search.candidates[dip].amplitude_names();
+                let begun =
+                    search.extended(&refitted, dip, &start, 1, &amplitudes, Others::Searched).unwrap();
+                let with_dip = search.finished(search.member(vec![dip], begun).unwrap());
+                let chosen = search.even_if_as_good(with_dip);
+                let law = chosen.fitted.hypothesis.model.setup().physics[0].clone();
+                (law.id.clone(), law.parameters["force"])
+            })
+        };
+        let (id, force) = force_of(Physics::new("coulomb_friction", "mass").with("force", 1.0));
+        assert_eq!(id, "coulomb_friction");
+        assert!((force - 1.0).abs() < 0.01, "{force} N");
+        let dip = Physics::new("stribeck_friction", "mass")
+            .with("force", 0.6)
+            .with("static_force", 1.4)
+            .with("velocity", 0.05);
+        assert_eq!(force_of(dip).0, "stribeck_friction", "a dip that is there stays");
     }
 }

@@ -1,5 +1,8 @@
 //! A machine for tests of the search: one body on a spring, pushed.
 
+use rand_distr::{Distribution, Normal};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, simulate};
 use stillbeam_recording::Recording;
 
@@ -51,15 +54,11 @@ pub(crate) fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
 
 /// The same with white noise of this size.
 pub(crate) fn noisy_runs(machine: &Model, amplitudes: &[f64], noise_m: f64) -> Vec<Recording> {
-    let mut state = 1_u64;
-    let mut uniform = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+    let noise = Normal::new(0.0, noise_m).unwrap();
     let noisy = |recording: Recording| {
         let position = recording.column("position_m").unwrap().iter();
-        // Twelve uniform numbers are normal enough, and of variance one.
-        let read = position.map(|x| x + noise_m * ((0..12).map(|_| uniform()).sum::<f64>() - 6.0)).collect();
+        let read = position.map(|x| x + noise.sample(&mut random)).collect();
         let force = recording.column("force_N").unwrap().to_vec();
         Recording::new(recording.name, recording.time_s)
             .with_column("force_N", force)

@@ -87,9 +87,18 @@ pub fn diagnose(
         let floors = search.floors.clone();
         compared = settle(search.study, &given, &compared.refitted, floors)?;
     }
-    let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.3 * done));
+    let promising = found.chosen.clone();
+    let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.2 * done));
     let mut tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
     let mut refit_adequate = is_exact || is_adequate(&tests, options);
+    let again = if !selection.chosen.laws.is_empty() {
+        search.refined_by_innovations(&selection, &given, &compared)
+    } else if !refit_adequate {
+        search.by_innovations(&promising, &given, &compared, &mut |step, done| say(step, 0.85 + 0.08 * done))
+    } else {
+        None
+    };
+    let selection = again.unwrap_or(selection);
     let had_to_see_all = !refit_adequate && selection.chosen.laws.is_empty();
     if had_to_see_all {
         say("refitting the model on the held-out recordings too", 0.93);

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | recordings are checked against the model and made ready | `record`, `outliers`, `study` |
 //! | what no model may explain is estimated | `noise` |
-//! | the model is fitted by the error of its simulation, offsets and initial states solved for inside | `stacking`, `fit`, `refit`, `parameters` |
+//! | the model is fitted by the error of its simulation, offsets and initial states solved for inside | `stacking`, `weighting`, `fit`, `refit`, `parameters` |
 //! | standard errors hold under coloured noise | `intervals`, `statistics` |
 //! | what is left is tested | `adequacy` |
 //! | and located: link, time, frequency, order, amplitude, latent force over position and speed | `locate` |
@@ -43,6 +43,7 @@ mod stacking;
 mod statistics;
 mod study;
 mod verdict;
+mod weighting;
 mod wording;
 
 pub use controls::{Controls, controls};

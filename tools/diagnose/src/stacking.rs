@@ -9,13 +9,14 @@ use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use crate::patience::Patience;
 use crate::record::Record;
 use crate::simulation::{Hypothesis, free_responses, simulate, state_count};
+use crate::weighting::Weighting;
 
 /// What is fitted jointly, and in which unit each output counts.
 #[derive(Debug, Clone)]
 pub(crate) struct Stack<'r> {
     pub(crate) records: Vec<&'r Record>,
-    /// Per record and recorded output: one over the scale in which its residuals count.
-    pub(crate) weights: Vec<Vec<f64>>,
+    /// Per record and recorded output: how its residuals count.
+    pub(crate) weights: Vec<Vec<Weighting>>,
     /// When fits end where they are; `None`: when they have settled.
     pub(crate) patience: Option<Patience>,
 }
@@ -90,12 +91,35 @@ impl Stack<'_> {
         segments
     }
 
+    /// Sum of squares of fits of all recordings had their samples been weighted evenly.
+    pub(crate) fn even_square(&self, fits: &[RecordFit]) -> f64 {
+        let segments = self.segments();
+        let starts: Vec<usize> = fits
+            .iter()
+            .scan(0, |end, fit| {
+                let start = *end;
+                *end += fit.residuals.len();
+                Some(start)
+            })
+            .collect();
+        segments
+            .iter()
+            .map(|segment| {
+                let range =
+                    segment.range.start - starts[segment.record]..segment.range.end - starts[segment.record];
+                self.weights[segment.record][segment.output]
+                    .even_square(&fits[segment.record].residuals[range])
+            })
+            .sum()
+    }
+
     /// Weighted departure of the recording from a simulation.
     fn departure(&self, index: usize, simulated: &[Vec<f64>]) -> Vec<f64> {
         let outputs = self.records[index].outputs.iter().zip(&self.weights[index]).zip(simulated);
         outputs
-            .flat_map(|((output, weight), simulated)| {
-                output.samples.iter().zip(simulated).map(move |(m, s)| weight * (m - s))
+            .flat_map(|((output, weighting), simulated)| {
+                let departure = output.samples.iter().zip(simulated).map(|(m, s)| m - s);
+                weighting.applied(&departure.collect::<Vec<f64>>())
             })
             .collect()
     }
@@ -103,7 +127,7 @@ impl Stack<'_> {
     /// Weighted values of signals that are simulated where the outputs have samples.
     pub(crate) fn weighted(&self, index: usize, signals: &[Vec<f64>]) -> Vec<f64> {
         let outputs = self.weights[index].iter().zip(signals);
-        outputs.flat_map(|(weight, signal)| signal.iter().map(move |value| weight * value)).collect()
+        outputs.flat_map(|(weighting, signal)| weighting.applied(signal)).collect()
     }
 
     /// What offsets and initial state could change: one column per state first, then the offsets. Where both do the same (an

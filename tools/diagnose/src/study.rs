@@ -1,5 +1,7 @@
 //! The recordings of one diagnosis and the three models on them.
 
+use std::sync::Arc;
+
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
@@ -12,6 +14,7 @@ use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
+use crate::weighting::{Colour, Weighting};
 
 /// The recordings, sorted by what they are for.
 #[derive(Debug, Clone)]
@@ -26,6 +29,8 @@ pub(crate) struct Study {
     pub(crate) one_amplitude: bool,
     /// Per output of the model: one over the scale of its residuals.
     pub(crate) weights: Vec<f64>,
+    /// Per output of the model: the colour by which its residuals count instead, if any does.
+    pub(crate) colours: Vec<Option<Arc<Colour>>>,
     /// Lowest and highest frequency of the model, hertz.
     pub(crate) slowest_hz: Option<f64>,
     pub(crate) fastest_hz: Option<f64>,
@@ -58,6 +63,7 @@ impl Study {
             caps: Vec::new(),
             one_amplitude: false,
             weights: vec![1.0; model.output_columns().len()],
+            colours: vec![None; model.output_columns().len()],
             slowest_hz,
             fastest_hz,
         };
@@ -121,6 +127,50 @@ impl Study {
         Ok(())
     }
 
+    /// How residuals of one of the model's outputs count.
+    pub(crate) fn weighting(&self, output: usize) -> Weighting {
+        match &self.colours[output] {
+            Some(colour) => Weighting::Innovations(Arc::clone(colour), self.weights[output]),
+            None => Weighting::Even(self.weights[output]),
+        }
+    }
+
+    /// Whether any output counts by its innovations.
+    pub(crate) fn is_coloured(&self) -> bool {
+        self.colours.iter().any(Option::is_some)
+    }
+
+    /// Weights every output by the innovations of what a model leaves of the training recordings. Whether that makes a difference.
+    pub(crate) fn weigh_by_innovations(&mut self, on_all: &OnAll) -> bool {
+        let train = OnAll { train: on_all.train.clone(), held_out: Vec::new() };
+        let colours: Vec<Option<Arc<Colour>>> = (0..self.weights.len())
+            .map(|output| {
+                let parts = self.parts(&train, output);
+                // A colour is by samples: those of all recordings have to be equally far apart.
+                let all = self.train.iter().chain(&self.held_out);
+                let mut rates_hz = all.flat_map(|record| {
+                    let places = record.outputs.iter().enumerate();
+                    places
+                        .filter(|(_, signal)| signal.index == output)
+                        .map(|(place, _)| record.rate_hz(place))
+                });
+                let first_hz = rates_hz.next()?;
+                if !rates_hz.all(|rate_hz| (rate_hz / first_hz - 1.0).abs() < SAME_RATE) {
+                    return None;
+                }
+                let series: Vec<&[f64]> = parts.iter().map(|part| part.residual.as_slice()).collect();
+                Colour::of(&series).map(Arc::new)
+            })
+            .collect();
+        self.colours = colours;
+        self.colours.iter().flatten().any(|colour| colour.contrast() > COLOURED)
+    }
+
+    /// Weights every output evenly again.
+    pub(crate) fn weigh_evenly(&mut self) {
+        self.colours.fill(None);
+    }
+
     /// The recordings of one role as one long vector.
     pub(crate) fn stack(&self, role: Role) -> Stack<'_> {
         let records = match role {
@@ -129,7 +179,7 @@ impl Study {
         };
         let weights = records
             .iter()
-            .map(|record| record.outputs.iter().map(|output| self.weights[output.index]).collect())
+            .map(|record| record.outputs.iter().map(|output| self.weighting(output.index)).collect())
             .collect();
         Stack { records: records.iter().collect(), weights, patience: None }
     }
@@ -244,11 +294,10 @@ impl Study {
             for (place, signal) in record.outputs.iter().enumerate() {
                 let end = start + signal.at.len();
                 if signal.index == output {
-                    let weight = self.weights[output];
                     parts.push(OutputResidual {
                         record,
                         output: place,
-                        residual: fit.residuals[start..end].iter().map(|value| value / weight).collect(),
+                        residual: self.weighting(output).undone(&fit.residuals[start..end]),
                         simulated: &fit.simulated[place],
                     });
                 }
@@ -339,6 +388,12 @@ impl Study {
         any
     }
 }
+
+/// A rest that is this many times as strong as its innovations is coloured enough to weigh it by those.
+const COLOURED: f64 = 1.5;
+
+/// Recordings are sampled at the same rate to within this share.
+const SAME_RATE: f64 = 0.01;
 
 /// Share of an output below which no sensor sees anything and simulations round.
 const ROUNDING: f64 = 1e-9;

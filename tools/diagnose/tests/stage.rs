@@ -174,12 +174,17 @@ fn a_law_beside_a_random_force_is_named_alone() {
 }
 
 #[test]
-fn laws_that_are_one_beside_a_random_force_are_a_tie() {
-    let found = diagnosed_beside(&with(Physics::new("servo_lag", "drive").with("time_constant", 0.01)), 0.1);
-    assert_eq!(found.verdict, Verdict::Ambiguous, "{}", found.sentence);
-    let tied: Vec<String> = found.ties.iter().flat_map(|tie| tie.candidates.concat()).collect();
-    for same in ["servo_lag at drive", "dead_time at drive", "delay at sensor"] {
-        assert!(tied.iter().any(|name| name == same), "{same}: {tied:?}");
+fn of_laws_that_are_nearly_one_beside_a_random_force_the_right_one_is_named_or_tied() {
+    for (id, location, name) in [
+        ("servo_lag", "drive", "time_constant"),
+        ("dead_time", "drive", "delay"),
+        ("delay", "sensor", "delay"),
+        ("exposure_blur", "sensor", "exposure"),
+    ] {
+        let found = diagnosed_beside(&with(Physics::new(id, location).with(name, 0.01)), 0.1);
+        let tied = found.ties.iter().flat_map(|tie| tie.candidates.concat());
+        let all: Vec<String> = named(&found).iter().map(|id| (*id).to_owned()).chain(tied).collect();
+        assert!(all.iter().any(|said| said.starts_with(id)), "{id}: {all:?} {}", found.sentence);
     }
 }
 

@@ -168,11 +168,10 @@ fn smoothed(
     for output in &record.outputs {
         let range = start..start + output.at.len();
         start = range.end;
-        let weight = study.weights[output.index];
         let mut values = vec![f64::NAN; at.len()];
-        for (k, value) in output.at.iter().zip(&fit.residuals[range]) {
+        for (k, value) in output.at.iter().zip(study.weighting(output.index).undone(&fit.residuals[range])) {
             if let Ok(place) = at.binary_search(k) {
-                values[place] = value / weight;
+                values[place] = value;
             }
         }
         rows.push(DVector::from_row_slice(&space.outputs()[output.index].row.state));

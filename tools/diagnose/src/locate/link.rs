@@ -15,6 +15,7 @@ use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::Stack;
 use crate::study::{OnAll, Study};
+use crate::weighting::Weighting;
 
 /// A link is in order when its residual is at most this many times what noise explains.
 const IN_ORDER: f64 = 1.3;
@@ -121,7 +122,7 @@ impl BeamAlone {
             .collect();
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let fitted = {
-            let weights = vec![vec![1.0 / floor]; records.len()];
+            let weights = vec![vec![Weighting::Even(1.0 / floor)]; records.len()];
             let stack = Stack { records: records.iter().collect(), weights, patience: None };
             fit(&stack, &cut, &free, &start, &[], Effort::COMPARE)?
         };
@@ -129,7 +130,7 @@ impl BeamAlone {
     }
 
     fn stack(&self) -> Stack<'_> {
-        let weights = vec![vec![1.0 / self.floor]; self.records.len()];
+        let weights = vec![vec![Weighting::Even(1.0 / self.floor)]; self.records.len()];
         Stack { records: self.records.iter().collect(), weights, patience: None }
     }
 

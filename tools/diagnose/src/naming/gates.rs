@@ -46,7 +46,7 @@ pub(crate) fn improvement(
         worst = worst.min(z_of(&before, &after, &difference, &scatter, range.clone()));
         start = range.end;
     }
-    let ratio = dot(&before, &before) / dot(&after, &after).max(f64::MIN_POSITIVE);
+    let ratio = stack.even_square(without) / stack.even_square(with).max(f64::MIN_POSITIVE);
     Improvement { z, worst_z: worst, gain_db: 10.0 * ratio.log10() }
 }
 
@@ -82,7 +82,7 @@ pub(crate) struct Improvement {
     pub(crate) z: f64,
     /// The recording that gains least.
     pub(crate) worst_z: f64,
-    /// Power without over power with, decibels.
+    /// Power without over power with, samples weighted evenly, decibels.
     pub(crate) gain_db: f64,
 }
 

@@ -96,7 +96,7 @@ impl Search<'_> {
     }
 
     /// Every law of a set judged, and the sets without it, in the set's order; `cut_short`: whether time ended the search that chose it.
-    fn judge_laws(
+    pub(super) fn judge_laws(
         &self,
         chosen: &Member,
         refitted: &Fitted,
@@ -119,7 +119,7 @@ impl Search<'_> {
                     self.without(chosen, place)
                 };
                 // Where the rest cannot be fitted without it, the law is measured against the refitted model.
-                let without = without.unwrap_or_else(|| Member {
+                let mut without = without.unwrap_or_else(|| Member {
                     laws: Vec::new(),
                     fitted: refitted.clone(),
                     held_out: chosen.held_out.clone(),
@@ -140,14 +140,17 @@ impl Search<'_> {
                     rest_is_foreign,
                 });
                 // Whether a law is there hangs on noise; how large it is, on the drawing too.
-                let mut tried = self.judged(
-                    &without,
-                    chosen.clone(),
-                    chosen.laws[place],
-                    &own,
-                    &known.by_noise,
-                    (closer, own_share),
-                );
+                let law = chosen.laws[place];
+                let beside = |without: &Member| {
+                    self.judged(without, chosen.clone(), law, &own, &known.by_noise, (closer, own_share))
+                };
+                let mut tried = beside(&without);
+                // What a law hardly adds may be no more than what the fit of the others without it lacked.
+                let may_lack_a_fit = chosen.laws.len() > 1 && tried.passes() && !self.is_over();
+                if may_lack_a_fit && self.is_in_doubt(&tried) {
+                    without = self.finished(without);
+                    tried = beside(&without);
+                }
                 for (parameter, all_told) in chosen.fitted.free.iter().zip(&known.all_told) {
                     let name = parameter.path.strip_prefix(&own);
                     let row = tried.parameters.iter_mut().find(|(row, ..)| Some(row.as_str()) == name);
@@ -158,6 +161,11 @@ impl Search<'_> {
                 (tried, without)
             })
             .unzip()
+    }
+
+    /// Whether held-out recordings show a law less than twice as clearly as they must.
+    fn is_in_doubt(&self, tried: &Tried) -> bool {
+        tried.held_out.is_none_or(|held_out| held_out.z <= DOUBT * self.options.held_out_gate)
     }
 
     /// What a set leaves over: its sum of squares on the training recordings beyond the noise that is seen under it, what it is, and whether
@@ -171,7 +179,12 @@ impl Search<'_> {
             let relative = floors[output.index].as_ref()?.rms * self.study.weights[output.index];
             Some(relative * relative * output.at.len() as f64)
         });
-        let beyond_noise = (member.fitted.sum_of_squares - noise.sum::<f64>()).max(0.0);
+        let beyond_noise = if self.study.is_coloured() {
+            // The rest is what the weighting is made of: how large it is beside a law its squares do not tell.
+            f64::INFINITY
+        } else {
+            (member.fitted.sum_of_squares - noise.sum::<f64>()).max(0.0)
+        };
         (beyond_noise, Rest::of(&tests, self.options), is_loud(&tests, self.options))
     }
 

@@ -1,5 +1,6 @@
 //! Naming: which laws of the catalogue the recordings demand.
 
+mod by_innovations;
 mod from_drawing;
 pub(crate) mod gates;
 mod judgement;

@@ -1,6 +1,6 @@
 //! A machine for tests of the search: one body on a spring, pushed.
 
-use rand_distr::{Distribution, Normal};
+use rand_distr::{Bernoulli, Distribution, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, simulate};
@@ -42,14 +42,54 @@ pub(crate) fn machine() -> Model {
 
 /// Runs of such a machine at these amplitudes, from 0.5 to 5 Hz, without noise.
 pub(crate) fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
-    let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+    let recorded = |(k, amplitude): (usize, &f64)| driven(machine, k, &swept(*amplitude));
+    amplitudes.iter().enumerate().map(recorded).collect()
+}
+
+/// The force of a run.
+fn swept(amplitude: f64) -> Vec<f64> {
     let sweep = |t: f64| (std::f64::consts::TAU * (0.5 * t + 0.1125 * t * t)).sin();
-    let run = |(k, amplitude): (usize, &f64)| {
-        let force = time_s.iter().map(|t| amplitude * sweep(*t)).collect();
-        let commanded = Recording::new(format!("run {k}"), time_s.clone()).with_column("force_N", force);
-        simulate(machine, &commanded).unwrap()
+    (0..2000).map(|k| amplitude * sweep(0.01 * f64::from(k))).collect()
+}
+
+fn driven(machine: &Model, number: usize, force: &[f64]) -> Recording {
+    let time_s = (0..force.len()).map(|k| 0.01 * k as f64).collect();
+    let commanded = Recording::new(format!("run {number}"), time_s).with_column("force_N", force.to_vec());
+    simulate(machine, &commanded).unwrap()
+}
+
+/// Runs in which a further force, which nobody recorded, pushes the machine one way or the other, turning at random twice a second;
+/// and white noise.
+pub(crate) fn shaken_runs(
+    machine: &Model,
+    amplitudes: &[f64],
+    shaking_n: f64,
+    noise_m: f64,
+    seed: u64,
+) -> Vec<Recording> {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    let noise = Normal::new(0.0, noise_m).unwrap();
+    let turns = Bernoulli::new(0.02).unwrap();
+    let mut run = |(k, amplitude): (usize, &f64)| {
+        let force = swept(*amplitude);
+        let mut push = shaking_n;
+        let both: Vec<f64> = force
+            .iter()
+            .map(|force| {
+                if turns.sample(&mut random) {
+                    push = -push;
+                }
+                force + push
+            })
+            .collect();
+        let moved = driven(machine, k, &both);
+        let position = moved.column("position_m").unwrap().iter();
+        let read = position.map(|x| x + noise.sample(&mut random)).collect();
+        Recording::new(moved.name.clone(), moved.time_s.clone())
+            .with_column("force_N", force)
+            .with_column("position_m", read)
     };
-    amplitudes.iter().enumerate().map(run).collect()
+    amplitudes.iter().enumerate().map(&mut run).collect()
 }
 
 /// The same with white noise of this size.

@@ -5,7 +5,7 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{Closer, DOUBT, Improvement, NOTICEABLE, Trialled, gates, improvement};
+use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, NOTICEABLE, Trialled, gates, improvement};
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
@@ -59,6 +59,11 @@ pub(crate) struct Tried {
 impl Tried {
     pub(crate) fn passes(&self) -> bool {
         self.gates.iter().all(|gate| gate.passed)
+    }
+
+    /// Whether all that speaks against the law may be another one that is missing beside it.
+    pub(super) fn may_lack_another(&self) -> bool {
+        self.gates.iter().all(|gate| gate.passed || FOR_ANOTHER.contains(&gate.name.as_str()))
     }
 }
 
@@ -208,6 +213,7 @@ impl Search<'_> {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
             tried.extend(self.fitted_ones(base, beside, next, &own));
         }
+        self.settle_the_best(beside.rival, &mut tried);
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);
         (screened, tried)
@@ -288,6 +294,23 @@ impl Search<'_> {
             .par_iter()
             .filter_map(|(fitted, screened)| self.try_on(beside.rival, screened, fitted))
             .collect()
+    }
+
+    /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the recordings that it is fitted
+    /// to and fail on others. The best of those that were tried is fitted to the end before it is given up for that.
+    fn settle_the_best(&self, base: &Member, tried: &mut [Tried]) {
+        let by_fit = |a: &&mut Tried, b: &&mut Tried| {
+            a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
+        };
+        let Some(best) = tried.iter_mut().min_by(by_fit) else { return };
+        let beyond_doubt = best.training.t() > DOUBT * self.options.training_gate;
+        if best.passes() || !best.may_lack_another() || !beyond_doubt || self.is_over() {
+            return;
+        }
+        let settled = self.finished(best.member.clone());
+        if settled.fitted.sum_of_squares < best.member.fitted.sum_of_squares {
+            *best = self.judged_on(base, settled, best.candidate);
+        }
     }
 
     /// Fits the law's own parameters from its best trials; those of the model follow. What is left,
@@ -372,14 +395,18 @@ impl Search<'_> {
 
     /// Goes on with that fit and runs the candidate's gates.
     fn try_on(&self, base: &Member, screened: &Screened, begun: &Fitted) -> Option<Tried> {
-        let number = base.laws.len() + 1 + self.given_laws;
         let fitted = self.fitted_on(begun, Effort::COMPARE);
         let laws = [&base.laws[..], &[screened.candidate]].concat();
         let member = self.member(laws, fitted.unwrap_or_else(|| begun.clone()))?;
-        let own = format!("physics.{number}.");
+        Some(self.judged_on(base, member, screened.candidate))
+    }
+
+    /// The gates of the law that a set has on top of another.
+    fn judged_on(&self, base: &Member, member: Member, candidate: usize) -> Tried {
+        let own = format!("physics.{}.", base.laws.len() + 1 + self.given_laws);
         let stack = self.study.stack(Role::Train);
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
-        Some(self.judged(base, member, screened.candidate, &own, &errors, (None, 0.0)))
+        self.judged(base, member, candidate, &own, &errors, (None, 0.0))
     }
 
     /// The gates of the law whose parameters start with `own`, between a set without and a set with it.

@@ -12,7 +12,7 @@ use std::sync::Mutex;
 use rayon::prelude::*;
 use stillbeam_plant::Model;
 
-use super::gates::{DETERMINED, FOR_ANOTHER};
+use super::gates::DETERMINED;
 use super::rounds::{Place, Round, RoundKey, Tried};
 use super::screening::Screened;
 use super::sets::Member;
@@ -166,7 +166,7 @@ impl Search<'_> {
         if !chosen.laws.is_empty() {
             return None;
         }
-        let mut firsts: Vec<&Tried> = tried.iter().filter(|tried| may_lack_another(tried)).collect();
+        let mut firsts: Vec<&Tried> = tried.iter().filter(|tried| tried.may_lack_another()).collect();
         firsts.sort_by(|a, b| by_fit(a, b));
         firsts.truncate(LACKING);
         let needed = |pair: &Tried| {
@@ -229,11 +229,6 @@ fn as_set(laws: &[usize]) -> Vec<usize> {
 
 /// Laws beside which a second one is looked for where none passes alone.
 const LACKING: usize = 2;
-
-/// Whether all that speaks against a law may be another one that is missing beside it.
-fn may_lack_another(tried: &Tried) -> bool {
-    tried.gates.iter().all(|gate| gate.passed || FOR_ANOTHER.contains(&gate.name.as_str()))
-}
 
 fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)

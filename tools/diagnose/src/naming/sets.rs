@@ -166,6 +166,9 @@ impl Search<'_> {
     /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the set is then
     /// fitted again, and which of the model's own parameters are free is decided anew.
     pub(crate) fn weighed_again(&mut self, member: Member) -> Member {
+        if self.study.is_coloured() {
+            return member;
+        }
         let floors = self.study.floors(&member.on_all());
         if !self.study.much_lower(&floors, &self.floors) {
             return member;

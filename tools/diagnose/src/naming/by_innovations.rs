@@ -1,0 +1,147 @@
+//! A second search where a disturbance drowns the first: see [`crate::weighting`].
+
+use stillbeam_identify::tall::dot;
+use stillbeam_recording::Role;
+
+use super::rounds::Tried;
+use super::selection::{Search, Selection};
+use super::sets::Member;
+use crate::comparison::Compared;
+use crate::fit::Fitted;
+use crate::parameters::free_parameters;
+use crate::refit::refit_from;
+use crate::simulation::Hypothesis;
+
+impl Search<'_> {
+    /// Searches again with outputs weighted by the innovations of what `nearest`, the set that the first search ended with, leaves over;
+    /// `None` where time is over, where that is no other weighting, and where no law passes its gates this time either.
+    ///
+    /// What is wrong about the weighting costs efficiency and no honesty: the gates judge by how what is left really scatters.
+    pub(crate) fn by_innovations(
+        &mut self,
+        nearest: &Member,
+        given: &Hypothesis,
+        compared: &Compared,
+        say: &mut dyn FnMut(&str, f64),
+    ) -> Option<Selection> {
+        self.weighted_by_innovations(nearest, given, compared, |search, refitted| {
+            let held_out =
+                search.study.stack(Role::HeldOut).evaluate(&refitted.hypothesis, &search.held_out_starts)?;
+            let found = search.run(refitted, held_out, &mut |step, done| say(step, 0.7 * done));
+            Some(search.judge(found, refitted, &mut |step, done| say(step, 0.7 + 0.3 * done)))
+        })
+    }
+
+    /// What was chosen, and what was tied with it, fitted and judged again with outputs weighted by the innovations of what it leaves over:
+    /// beside a disturbance its values are known better so, and some ties can be told apart. `None` where it does not pass then.
+    pub(crate) fn refined_by_innovations(
+        &mut self,
+        selection: &Selection,
+        given: &Hypothesis,
+        compared: &Compared,
+    ) -> Option<Selection> {
+        self.weighted_by_innovations(&selection.chosen, given, compared, |search, refitted| {
+            let again =
+                |member: &Member| search.reweighted(member.clone()).map(|member| search.finished(member));
+            let separation = search.options.separation;
+            let mut chosen = again(&selection.chosen)?;
+            let mut rivals: Vec<Member> = selection.rivals.iter().filter_map(again).collect();
+            for rival in &mut rivals {
+                if search.better_by(&chosen, rival) > separation {
+                    std::mem::swap(rival, &mut chosen);
+                }
+            }
+            rivals.retain(|rival| search.better_by(rival, &chosen) < separation);
+            let cut_short = !selection.left_out.is_empty();
+            let (judged, _) = search.judge_laws(&chosen, refitted, cut_short, &selection.screened);
+            judged.iter().all(Tried::passes).then(|| Selection {
+                chosen,
+                rivals,
+                judged,
+                screened: selection.screened.clone(),
+                tried: selection.tried.clone(),
+                left_out: selection.left_out.clone(),
+            })
+        })
+    }
+
+    /// Does something with outputs weighted by the innovations of what a set leaves over, beside the refit weighted so; what is found is
+    /// weighted evenly again. `None` where nothing is.
+    fn weighted_by_innovations(
+        &mut self,
+        nearest: &Member,
+        given: &Hypothesis,
+        compared: &Compared,
+        work: impl FnOnce(&mut Self, &Fitted) -> Option<Selection>,
+    ) -> Option<Selection> {
+        if self.is_over() {
+            return None;
+        }
+        if !self.study.weigh_by_innovations(&nearest.on_all()) {
+            self.study.weigh_evenly();
+            return None;
+        }
+        self.forget_rounds();
+        let stack = self.study.stack(Role::Train);
+        let refitted = refit_from(&stack, given, &free_parameters(given), &compared.refitted);
+        let found = refitted.ok().and_then(|(refitted, _)| work(self, &refitted));
+        self.study.weigh_evenly();
+        self.forget_rounds();
+        let mut found = found.filter(|found| !found.chosen.laws.is_empty())?;
+        found.chosen = self.reweighted(found.chosen)?;
+        found.rivals = found.rivals.into_iter().filter_map(|rival| self.reweighted(rival)).collect();
+        Some(found)
+    }
+
+    fn forget_rounds(&mut self) {
+        self.rounds = std::sync::Mutex::default();
+    }
+
+    /// A set with the values that it has, its residuals weighted as the study's are now.
+    fn reweighted(&self, member: Member) -> Option<Member> {
+        let Fitted { hypothesis, .. } = &member.fitted;
+        let states = member.fitted.initial_states();
+        let records = self.study.stack(Role::Train).evaluate(hypothesis, &states)?;
+        let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+        self.member(member.laws, Fitted { records, sum_of_squares, ..member.fitted })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+
+    use crate::naming::on_a_spring::{machine, shaken_runs};
+    use crate::{Diagnosis, Options, diagnose};
+
+    const SHAKING_N: f64 = 0.3;
+
+    const DRAG: f64 = 3.0;
+
+    fn diagnosed(law: Option<Physics>, seed: u64) -> Diagnosis {
+        let mut truth = machine();
+        truth.setup_mut().physics.extend(law);
+        let train = shaken_runs(&truth, &[3.0, 6.0], SHAKING_N, 1e-5, seed);
+        let held_out = shaken_runs(&truth, &[4.5], SHAKING_N, 1e-5, seed + 100);
+        diagnose(&machine(), &train, &held_out, &Options::default(), &mut |_| {}).unwrap()
+    }
+
+    #[test]
+    fn drag_is_named_beside_a_force_that_shakes_the_machine_all_the_time() {
+        for seed in 1..=3 {
+            let found = diagnosed(Some(Physics::new("quadratic_drag", "mass").with("drag", DRAG)), seed);
+            let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+            assert_eq!(named, ["quadratic_drag"], "{}", found.sentence);
+            let drag = &found.effects[0].parameters["drag"];
+            assert!((drag.value - DRAG).abs() < 3.0 * drag.stderr, "{drag:?}");
+        }
+    }
+
+    #[test]
+    fn a_force_that_shakes_the_machine_is_no_law() {
+        for seed in 1..=3 {
+            let found = diagnosed(None, seed);
+            assert!(found.effects.is_empty(), "{}", found.sentence);
+        }
+    }
+}

@@ -167,6 +167,22 @@ fn friction_of_which_only_the_sum_is_seen_may_differ_by_direction() {
 }
 
 #[test]
+fn a_spring_that_changes_at_any_point_of_the_travel_is_named() {
+    for (contact, stiffness) in [(0.008, 40.0), (-0.012, 60.0), (-0.025, 80.0)] {
+        let law = Physics::new("bilinear_stiffness", "slider").with("contact", contact);
+        let found = diagnosed(&with(law.with("stiffness", stiffness)));
+        assert_eq!(named(&found), ["bilinear_stiffness"], "{contact} m: {}", found.sentence);
+        for (name, truth) in [("contact", contact), ("stiffness", stiffness)] {
+            let estimate = &found.effects[0].parameters[name];
+            assert!(
+                (estimate.value - truth).abs() < 4.0 * estimate.stderr,
+                "{name} {estimate:?} for {truth}"
+            );
+        }
+    }
+}
+
+#[test]
 fn a_law_beside_a_random_force_is_named_alone() {
     let found =
         diagnosed_beside(&with(Physics::new("cubic_stiffness", "slider").with("stiffness", 3e4)), 0.1);

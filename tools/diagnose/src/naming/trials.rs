@@ -238,7 +238,8 @@ fn trials(
             .map(|share| shaped("stiffness", f / z, &[("distance", share * at.reach)]))
             .collect(),
         "constant_force" => amplitude("force", f),
-        "bilinear_stiffness" => [0.0, 0.4, -0.4]
+        // Close enough that a contact between two of them is seen from one: at 0 and 0.4 of the reach alone, one at 0.2 looked like a cubic.
+        "bilinear_stiffness" => [0.0, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7]
             .iter()
             .map(|share| shaped("stiffness", f / z, &[("contact", share * at.reach)]))
             .collect(),

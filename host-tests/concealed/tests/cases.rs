@@ -93,3 +93,18 @@ fn a_case_repeats_with_its_seed() {
     assert_eq!(make(5, 4).unwrap(), make(5, 4).unwrap());
     assert_ne!(make(5, 4).unwrap().runs, make(6, 4).unwrap().runs);
 }
+
+/// A law alone, and one beside a force that nobody recorded.
+#[test]
+fn the_achievable_floor_holds_what_an_unrecorded_force_does() {
+    let floors_over_noise = |seed: u64, number: usize, beside: usize| -> Vec<f64> {
+        let truth = make(seed, number).unwrap().truth;
+        assert_eq!((truth.physics.len(), truth.outside.len()), (1, beside));
+        let floors = truth.channels.iter().zip(&truth.held_out_floor);
+        floors.map(|(channel, floor)| floor / channel.device.noise_rms).collect()
+    };
+    let alone = floors_over_noise(1, 0, 0);
+    assert!(alone.iter().all(|ratio| (0.95..1.05).contains(ratio)), "{alone:?}");
+    let beside = floors_over_noise(8, 33, 1);
+    assert!(beside.iter().all(|ratio| (1.5..3.0).contains(ratio)), "{beside:?}");
+}

@@ -188,6 +188,7 @@ impl Bench {
         if !self.moves(&runs) {
             return None;
         }
+        let held_out_floor = floors(&runs, &self.knowable(&concealed.physics, &runs)?);
         let wrong = match self.concealment {
             Concealment::Null => 0.2,
             Concealment::Decoy => 2.0,
@@ -204,7 +205,7 @@ impl Bench {
                 without_encoder: self.without_encoder,
                 rate_hz: RATE_HZ,
                 channels: self.channels.clone(),
-                held_out_floor: floors(&runs, self.channels.len()),
+                held_out_floor,
                 runs: self.plans.clone(),
                 measured: concealed.measured,
                 redrawn,
@@ -226,6 +227,21 @@ impl Bench {
                 pooled(&swings) >= LEAST_MOTION * device.noise_rms
             })
         })
+    }
+
+    /// What a model with the laws of the catalogue and every parameter right would compute of each run, per channel: all but the noise,
+    /// and beside a law of the catalogue all but what a force that nobody recorded does. Where no such law acts, there is nothing to name,
+    /// and all but the noise.
+    fn knowable(&self, physics: &[Physics], runs: &[MadeRun]) -> Option<Vec<Vec<Vec<f64>>>> {
+        if physics.is_empty() {
+            return Some(runs.iter().map(|run| run.noise_free.clone()).collect());
+        }
+        let rig = Rig::new(&self.kind, physics)?;
+        let seen = |run: &MadeRun| {
+            let outcome = rig.run(&run.plan.excitation, RATE_HZ, 1)?;
+            Some(self.channels.iter().map(|channel| outcome.shown(channel.output)).collect())
+        };
+        runs.iter().map(seen).collect()
     }
 
     fn recorded(&self, rig: &Rig, plan: &RunPlan, random: &mut Random) -> Option<MadeRun> {
@@ -321,12 +337,14 @@ fn channels(
     channels
 }
 
-fn floors(runs: &[MadeRun], channels: usize) -> Vec<f64> {
+/// What separates held-out readings from what can be known of them, root mean square per channel.
+fn floors(runs: &[MadeRun], knowable: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let channels = runs.first().map_or(0, |run| run.recorded.len());
     let floor = |channel: usize| {
         let (mut sum, mut count) = (0.0, 0.0);
-        for run in runs.iter().filter(|run| run.plan.role == Role::HeldOut) {
-            for (recorded, free) in run.recorded[channel].iter().zip(&run.noise_free[channel]) {
-                sum += (recorded - free).powi(2);
+        for (run, known) in runs.iter().zip(knowable).filter(|(run, _)| run.plan.role == Role::HeldOut) {
+            for (recorded, known) in run.recorded[channel].iter().zip(&known[channel]) {
+                sum += (recorded - known).powi(2);
                 count += 1.0;
             }
         }

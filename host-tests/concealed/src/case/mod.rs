@@ -155,7 +155,8 @@ pub struct Truth {
     pub runs: Vec<RunPlan>,
     /// How well it is concealed.
     pub measured: Measured,
-    /// Root mean square of recorded minus noise-free readings of the held-out recordings, per channel.
+    /// Root mean square of what no model can know of the held-out recordings, per channel: noise, and what a force that nobody recorded
+    /// does beside a law of the catalogue.
     pub held_out_floor: Vec<f64>,
     /// Drawings that did not reach the kind's definition before this one did.
     pub redrawn: usize,

@@ -161,7 +161,7 @@ fn numbers(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     writeln!(text, "| relative error of a parameter | {} | {count} |", share(median(errors)))?;
     let ratios = held_out_ratios(scores);
     let count = ratios.len();
-    writeln!(text, "| held-out error over the noise floor | {} | {count} |", share(median(ratios)))?;
+    writeln!(text, "| held-out error over the achievable floor | {} | {count} |", share(median(ratios)))?;
     let count = over_refit.len();
     writeln!(
         text,
@@ -171,7 +171,7 @@ fn numbers(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     let count = to_truth.len();
     writeln!(
         text,
-        "| extended model against the noise-free truth, over the noise floor | {} | {count} |",
+        "| extended model against the noise-free truth, over the achievable floor | {} | {count} |",
         share(median(to_truth))
     )?;
     let seconds: Vec<f64> = scores.iter().map(|score| score.seconds).collect();

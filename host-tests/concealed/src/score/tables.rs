@@ -111,7 +111,7 @@ fn held_out_goal(scores: &[Score]) -> Goal {
     let ratios = held_out_ratios(scores);
     let good = ratios.iter().filter(|ratio| **ratio <= 1.2).count();
     Goal {
-        words: "where rightly named: held-out error within 1.2 of the noise floor",
+        words: "where rightly named: held-out error within 1.2 of the achievable floor (noise, and what an unrecorded force does)",
         reached: format!("{good} of {} outputs", ratios.len()),
         met: (!ratios.is_empty()).then_some(good == ratios.len()),
     }

@@ -161,7 +161,7 @@ pub fn diagnose(
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: sentence(verdict, &effects, &unconfirmed, &fit, rest),
+        sentence: sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty())),
         unconfirmed,
         caps: study.caps.clone(),
         ties: if explains { ties(&selection, &stand_ins, &candidates) } else { Vec::new() },
@@ -207,7 +207,13 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
 }
 
 /// The verdict in words, with the numbers of the first output that was recorded.
-fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &Fits, rest: Rest) -> String {
+fn sentence(
+    verdict: Verdict,
+    effects: &[Effect],
+    unconfirmed: &[String],
+    fit: &Fits,
+    (rest, is_tied): (Rest, bool),
+) -> String {
     let pooled =
         fit.pooled.iter().find(|pooled| pooled.role == RecordRole::HeldOut).or_else(|| fit.pooled.first());
     let numbers = pooled.map_or_else(String::new, |pooled| {
@@ -244,6 +250,9 @@ fn sentence(verdict: Verdict, effects: &[Effect], unconfirmed: &[String], fit: &
         }
         Verdict::Ambiguous => {
             format!("Several candidates explain the recordings equally well. {first} {numbers}{remains}")
+        }
+        Verdict::Improved if is_tied => {
+            format!("{first} {numbers}{remains} Other laws would take as much away.")
         }
         Verdict::Improved => format!("{first} {numbers}{remains}"),
         Verdict::Explained => format!("{first} {numbers}"),
@@ -327,7 +336,7 @@ mod tests {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
         let said = |verdict: Verdict, unconfirmed: &[&str]| {
             let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
-            sentence(verdict, &[], &unconfirmed, &fit, Rest::Structured)
+            sentence(verdict, &[], &unconfirmed, &fit, (Rest::Structured, false))
         };
         let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
         assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");
@@ -338,9 +347,11 @@ mod tests {
     #[test]
     fn what_remains_is_said_to_be_the_machines_own_or_not() {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
-        let said = |rest: Rest| sentence(Verdict::Improved, &[], &[], &fit, rest);
+        let said = |rest: Rest| sentence(Verdict::Improved, &[], &[], &fit, (rest, false));
         assert!(said(Rest::Foreign).contains("does not go with the motion"));
         assert!(said(Rest::Structured).contains("A structured rest remains"));
         assert!(!said(Rest::Noise).contains("remain"), "time ended the search, and nothing is left");
+        let tied = sentence(Verdict::Improved, &[], &[], &fit, (Rest::Structured, true));
+        assert!(tied.contains("A structured rest remains. Other laws would take as much away"), "{tied}");
     }
 }

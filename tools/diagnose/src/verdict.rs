@@ -44,6 +44,8 @@ pub(crate) fn verdict(
         // All that goes with the motion is taken away; what is left is no law's to explain.
         (Rest::Foreign, false) => Verdict::Ambiguous,
         (Rest::Foreign, true) => Verdict::Improved,
+        // Laws that do as well as each other and leave more than noise are a tie of what is better than nothing.
+        (Rest::Structured, false) if explained_share > MOST_OF_IT && rest_is_loud => Verdict::Improved,
         (Rest::Structured, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
         // Several laws each take a part of it away and none takes all: none of them is it.
         (Rest::Structured, false) => Verdict::Unexplained,

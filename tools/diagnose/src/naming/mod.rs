@@ -7,6 +7,7 @@ mod judgement;
 mod nested;
 #[cfg(test)]
 mod on_a_spring;
+mod other_valleys;
 pub(crate) mod rounds;
 pub(crate) mod same_force;
 pub(crate) mod scales;

@@ -15,7 +15,7 @@ use crate::fit::{Effort, Fitted, Others, fit_near};
 use crate::intervals::rough_standard_errors;
 use crate::parameters::FreeParameter;
 use crate::result::Gate;
-use crate::stacking::RecordFit;
+use crate::stacking::{RecordFit, Stack};
 
 /// Every candidate as the screen sees it beside a set, and those that were fitted on top of it.
 pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
@@ -175,13 +175,7 @@ impl Search<'_> {
         }
         let mut promising = self.promising(base, &screened, least_t);
         promising.retain(|screened| place.is_none_or(|place| place.law != screened.candidate));
-        let columns = base.fitted.rough_sensitivities(&stack);
-        let mut absorbing = Orthonormal::default();
-        columns.iter().for_each(|column| absorbing.push(column.clone()));
-        // The model's own parameters do nearly the same with the law as without it. Residuals are recorded minus simulated.
-        let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.is_added);
-        let own: Vec<Vec<f64>> =
-            own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
+        let (absorbing, own) = directions(&stack, base);
         let only_decays = stack.records.iter().all(|record| record.input.is_none());
         let others = if only_decays && own.len() <= SEARCHED_ALONG {
             Others::Known(&own)
@@ -393,6 +387,12 @@ impl Search<'_> {
         self.extended(base, screened.candidate, physics, number, &amplitudes, others)
     }
 
+    /// One more law as it is sketched on top of a set.
+    pub(super) fn sketched_on_top(&self, base: &Member, screened: &Screened) -> Option<Physics> {
+        let (absorbing, _) = directions(&self.study.stack(Role::Train), base);
+        Some(self.sketch(base, screened, Others::Absorb(&absorbing))?.physics)
+    }
+
     /// Goes on with that fit and runs the candidate's gates.
     fn try_on(&self, base: &Member, screened: &Screened, begun: &Fitted) -> Option<Tried> {
         let fitted = self.fitted_on(begun, Effort::COMPARE);
@@ -460,6 +460,17 @@ impl Search<'_> {
         let gates = gates(&trialled, self.options);
         Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
     }
+}
+
+/// What a set's free parameters would absorb, and how its residuals change with those of the model's own that are free. They do nearly the
+/// same with one more law as without it; residuals are recorded minus simulated.
+fn directions(stack: &Stack<'_>, base: &Member) -> (Orthonormal, Vec<Vec<f64>>) {
+    let columns = base.fitted.rough_sensitivities(stack);
+    let mut absorbing = Orthonormal::default();
+    columns.iter().for_each(|column| absorbing.push(column.clone()));
+    let own = base.fitted.free.iter().zip(columns).filter(|(free, _)| !free.is_added);
+    let own = own.map(|(_, column)| column.into_iter().map(|value| -value).collect()).collect();
+    (absorbing, own)
 }
 
 impl Search<'_> {

@@ -102,7 +102,7 @@ impl Search<'_> {
                 break;
             };
             chosen = self.weighed_again(best.member);
-            chosen = self.pruned(chosen);
+            chosen = self.in_the_deepest_valleys(self.pruned(chosen));
             // Two laws may each make the other look superfluous, and the third that is missing makes both come back: in circles.
             if !reached.insert(as_set(&chosen.laws)) {
                 break;

@@ -23,6 +23,10 @@ const MOST_OF_IT: f64 = 0.95;
 /// it explains is not what was left out, however significant.
 const MOST: f64 = 0.5;
 
+/// The same where what is left goes with the motion: it is the machine's own, and laws that leave a third as much as they take away only
+/// stand in for another. A spring that gives way half way through a run looks like one that weakens all the time.
+const MOST_OF_ITS_OWN: f64 = 0.75;
+
 /// The verdict from what was found, what is left, whether that is louder than noise, and the share that was taken off what noise does not
 /// explain.
 pub(crate) fn verdict(
@@ -35,27 +39,53 @@ pub(crate) fn verdict(
     if selection.chosen.laws.is_empty() {
         return if refit_adequate { Verdict::Adequate } else { Verdict::Unexplained };
     }
-    match (rest, selection.rivals.is_empty()) {
+    weighed(&Weighed {
+        rest,
+        rest_is_loud,
+        explained_share,
+        is_tied: !selection.rivals.is_empty(),
+        is_cut_short: !selection.left_out.is_empty(),
+        is_unrivalled: is_unrivalled(selection),
+    })
+}
+
+/// What the verdict on laws that were found hangs on.
+struct Weighed {
+    rest: Rest,
+    /// Whether what is left has more power than noise.
+    rest_is_loud: bool,
+    /// Share that the laws take off what noise does not explain.
+    explained_share: f64,
+    /// Whether other laws do as well.
+    is_tied: bool,
+    /// Whether time ended the search.
+    is_cut_short: bool,
+    /// See [`is_unrivalled`].
+    is_unrivalled: bool,
+}
+
+fn weighed(found: &Weighed) -> Verdict {
+    let share = found.explained_share;
+    match (found.rest, found.is_tied) {
         // Without a search for rivals nothing is certain.
-        (Rest::Noise, true) if !selection.left_out.is_empty() => Verdict::Improved,
-        (Rest::Noise, true) => Verdict::Explained,
-        (Rest::Noise, false) => Verdict::Ambiguous,
-        (_, _) if explained_share < MOST => Verdict::Unexplained,
+        (Rest::Noise, false) if found.is_cut_short => Verdict::Improved,
+        (Rest::Noise, false) => Verdict::Explained,
+        (Rest::Noise, true) => Verdict::Ambiguous,
+        (_, _) if share < MOST => Verdict::Unexplained,
+        (Rest::Structured, _) if share < MOST_OF_ITS_OWN => Verdict::Unexplained,
         // All that goes with the motion is taken away; what is left is no law's to explain.
-        (Rest::Foreign, false) => Verdict::Ambiguous,
-        (Rest::Foreign, true) => Verdict::Improved,
+        (Rest::Foreign, true) => Verdict::Ambiguous,
+        (Rest::Foreign, false) => Verdict::Improved,
         // Laws that do as well as each other and leave more than noise are a tie of what is better than nothing.
-        (Rest::Structured, false) if explained_share > MOST_OF_IT && rest_is_loud => Verdict::Improved,
-        (Rest::Structured, false) if explained_share > MOST_OF_IT => Verdict::Ambiguous,
+        (Rest::Structured, true) if share > MOST_OF_IT && found.rest_is_loud => Verdict::Improved,
+        (Rest::Structured, true) if share > MOST_OF_IT => Verdict::Ambiguous,
         // Several laws each take a part of it away and none takes all: none of them is it.
-        (Rest::Structured, false) => Verdict::Unexplained,
+        (Rest::Structured, true) => Verdict::Unexplained,
         // Something else may take all away, and was not tried.
-        (Rest::Structured, true)
-            if rest_is_loud && !selection.left_out.is_empty() && !is_unrivalled(selection) =>
-        {
+        (Rest::Structured, false) if found.rest_is_loud && found.is_cut_short && !found.is_unrivalled => {
             Verdict::Unexplained
         }
-        (Rest::Structured, true) => Verdict::Improved,
+        (Rest::Structured, false) => Verdict::Improved,
     }
 }
 
@@ -266,4 +296,60 @@ pub(crate) fn rows(
         b.0.cmp(&a.0).then(b.1.cmp(&a.1)).then(b.2.total_cmp(&a.2))
     });
     rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: Weighed = Weighed {
+        rest: Rest::Noise,
+        rest_is_loud: false,
+        explained_share: 1.0,
+        is_tied: false,
+        is_cut_short: false,
+        is_unrivalled: true,
+    };
+
+    #[test]
+    fn laws_that_leave_noise_explain_unless_others_do_as_well_or_were_not_looked_for() {
+        assert_eq!(weighed(&NOISE), Verdict::Explained);
+        assert_eq!(weighed(&Weighed { is_tied: true, ..NOISE }), Verdict::Ambiguous);
+        assert_eq!(weighed(&Weighed { is_cut_short: true, ..NOISE }), Verdict::Improved);
+    }
+
+    /// A spring that gives way half way through a run looks for 57 % like one that weakens all the time, play of a sensor for 59 % like a mode.
+    #[test]
+    fn laws_are_named_beside_a_rest_where_they_take_most_and_more_of_it_where_it_is_the_machines_own() {
+        let beside = |rest: Rest, explained_share: f64| {
+            weighed(&Weighed { rest, explained_share, rest_is_loud: true, ..NOISE })
+        };
+        for share in [0.3, 0.49] {
+            assert_eq!(beside(Rest::Foreign, share), Verdict::Unexplained);
+            assert_eq!(beside(Rest::Structured, share), Verdict::Unexplained);
+        }
+        for share in [0.57, 0.71] {
+            assert_eq!(beside(Rest::Foreign, share), Verdict::Improved);
+            assert_eq!(beside(Rest::Structured, share), Verdict::Unexplained);
+        }
+        assert_eq!(beside(Rest::Structured, 0.8), Verdict::Improved);
+    }
+
+    #[test]
+    fn a_tie_that_leaves_something_of_the_machine_is_no_finding_unless_it_takes_nearly_all() {
+        let tied = Weighed { rest: Rest::Structured, is_tied: true, ..NOISE };
+        assert_eq!(weighed(&Weighed { explained_share: 0.9, ..tied }), Verdict::Unexplained);
+        assert_eq!(
+            weighed(&Weighed { explained_share: 0.98, rest_is_loud: true, ..tied }),
+            Verdict::Improved
+        );
+        assert_eq!(weighed(&Weighed { explained_share: 0.98, ..tied }), Verdict::Ambiguous);
+    }
+
+    #[test]
+    fn what_time_left_untried_may_be_it_where_much_is_left_and_the_laws_have_rivals() {
+        let cut = Weighed { rest: Rest::Structured, rest_is_loud: true, is_cut_short: true, ..NOISE };
+        assert_eq!(weighed(&Weighed { is_unrivalled: false, ..cut }), Verdict::Unexplained);
+        assert_eq!(weighed(&cut), Verdict::Improved);
+    }
 }

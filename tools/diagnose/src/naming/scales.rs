@@ -14,9 +14,9 @@ use crate::simulation::{Hypothesis, motion, started_at};
 pub(crate) struct Scale {
     /// Root mean square of the displacement about its mean.
     pub(crate) displacement: f64,
-    /// Largest absolute displacement.
+    /// Largest absolute displacement over all recordings.
     pub(crate) reach: f64,
-    /// From the one end of the motion to the other.
+    /// From the one end of the motion to the other, in the recording where that is farthest.
     pub(crate) travel: f64,
     /// Root mean square of the velocity.
     pub(crate) velocity: f64,
@@ -60,10 +60,7 @@ impl Scales {
                     velocity: velocity[0],
                     force,
                 };
-                let largest = scales.points.entry(point.name.clone()).or_insert(found);
-                if found.displacement > largest.displacement {
-                    *largest = found;
-                }
+                scales.has_moved(&point.name, found);
             }
             let spread_of_input = spread(input);
             // A base that is moved is no point at which a force could act, but a place where something may be loose.
@@ -77,10 +74,7 @@ impl Scales {
                     velocity: spread(&speed)[0],
                     force: 0.0,
                 };
-                let largest = scales.points.entry("base".to_owned()).or_insert(found);
-                if found.displacement > largest.displacement {
-                    *largest = found;
-                }
+                scales.has_moved("base", found);
             }
             scales.input = larger(scales.input, spread_of_input);
             for output in &record.outputs {
@@ -88,6 +82,15 @@ impl Scales {
             }
         }
         Some(scales)
+    }
+
+    /// Takes a place's motion over one more recording in: the sizes are those of the recording that moves it most, the reach that of all
+    /// of them. A sweep is at a stop for a moment only that a multisine of more power never comes near.
+    fn has_moved(&mut self, place: &str, found: Scale) {
+        let known = self.points.entry(place.to_owned()).or_insert(found);
+        let larger = if found.displacement > known.displacement { found } else { *known };
+        let (reach, travel) = (known.reach.max(found.reach), known.travel.max(found.travel));
+        *known = Scale { reach, travel, ..larger };
     }
 
     /// Sizes at a law's location; those of the first moving place for laws that sit outside.
@@ -179,6 +182,17 @@ mod tests {
         sample_s = 0.005
         reference_column = "reference_m"
     "#;
+
+    #[test]
+    fn a_place_reaches_as_far_as_in_any_recording_and_moves_as_in_the_one_of_most_power() {
+        let steady = Scale { displacement: 0.02, reach: 0.03, travel: 0.05, velocity: 0.2, force: 1.0 };
+        let passing = Scale { displacement: 0.01, reach: 0.04, travel: 0.07, velocity: 0.3, force: 2.0 };
+        for both in [[steady, passing], [passing, steady]] {
+            let mut scales = Scales::default();
+            both.into_iter().for_each(|found| scales.has_moved("motor", found));
+            assert_eq!(scales.points["motor"], Scale { reach: 0.04, travel: 0.07, ..steady });
+        }
+    }
 
     /// The recorded force also holds up an offset that the model lacks: alone it would push the slide some metres away.
     #[test]

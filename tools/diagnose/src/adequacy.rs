@@ -1,10 +1,11 @@
 //! Whether what a model leaves over is noise.
 //!
-//! Three questions, none of which takes white noise for granted:
+//! Four questions, none of which takes white noise for granted:
 //! * is its power that of the noise floor, judged by the number of samples that are really independent;
 //! * does it, once its colour is taken out, still move with the simulated output, window by window: in phase or in
 //!   quadrature, at twice or three times its frequency;
-//! * is it, once its colour is taken out, correlated with the input of the last few periods.
+//! * is it, once its colour is taken out, correlated with the input of the last few periods;
+//! * is there a line in its spectrum, a tone that keeps its frequency and its phase.
 //!
 //! Whiteness itself is reported and decides nothing: the noise of a sensor may be coloured.
 
@@ -14,6 +15,7 @@ use stillbeam_recording::Role;
 use crate::options::Options;
 use crate::statistics::autoregression::Autoregression;
 use crate::statistics::distributions::{chi_squared_tail, two_sided_normal};
+use crate::statistics::spectral_line::{Line, strongest_line};
 
 /// One output of one recording under a model.
 pub(crate) struct Series<'s> {
@@ -43,6 +45,8 @@ pub(crate) struct Adequacy {
     pub(crate) structure_share: f64,
     /// Chance of as much correlation with the input.
     pub(crate) cross_correlation_p: f64,
+    /// The line of its spectrum that stands out most.
+    pub(crate) line: Option<Line>,
     /// Chance of as much correlation with itself.
     pub(crate) whiteness_p: f64,
 }
@@ -50,7 +54,14 @@ pub(crate) struct Adequacy {
 impl Adequacy {
     /// Whether nothing but noise is left, at a probability of false alarm.
     pub(crate) fn holds(&self, significance: f64) -> bool {
-        self.power_holds(significance) && self.structure_p.min(self.cross_correlation_p) > 0.5 * significance
+        self.power_holds(significance)
+            && self.structure_p.min(self.cross_correlation_p) > 0.5 * significance
+            && !self.has_a_line(significance)
+    }
+
+    /// Whether a tone is left.
+    pub(crate) fn has_a_line(&self, significance: f64) -> bool {
+        self.line.is_some_and(|line| line.p < 0.5 * significance)
     }
 
     /// The floor is itself an estimate: a tenth of power is left to it.
@@ -80,6 +91,7 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
             .input
             .as_deref()
             .map_or(1.0, |input| cross_correlation(&white, &whitened(input), series)),
+        line: strongest_line(series.residual, series.rate_hz),
         whiteness_p: whiteness(series.residual),
     }
 }
@@ -283,6 +295,14 @@ mod tests {
             let even = series(6, rho, |y, _| 0.3 * y * y);
             assert!(!even.holds(1e-3), "{even:?}");
         }
+    }
+
+    #[test]
+    fn a_steady_tone_is_no_noise_and_foreign() {
+        let tone = |seed: u64| series(seed, 0.0, |_, t| 0.3 * (std::f64::consts::TAU * 7.3 * t).sin());
+        let rest: Vec<Adequacy> = (0..5).map(tone).collect();
+        assert!(rest.iter().all(|test| test.power_holds(1e-3) && !test.holds(1e-3)), "{rest:?}");
+        assert_eq!(rest_of(&rest), Rest::Foreign, "{rest:?}");
     }
 
     fn rest_of(series: &[Adequacy]) -> Rest {

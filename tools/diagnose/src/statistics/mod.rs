@@ -3,3 +3,4 @@
 pub(crate) mod autoregression;
 pub(crate) mod distributions;
 pub(crate) mod long_run_variance;
+pub(crate) mod spectral_line;

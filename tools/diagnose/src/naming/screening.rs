@@ -166,7 +166,7 @@ impl<'t> Telling<'t> {
             compared = trials.filter_map(|trial| self.sized(stack, fitted, candidate, trial, 1.0)).collect();
         }
         share_with_quadrature(&mut compared);
-        compared.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        let mut compared = crests_first(compared);
         compared.truncate(MANY);
         let simulated = |sized: Sized<'c>| match sized.effect {
             Some(_) => Some(sized),
@@ -308,6 +308,28 @@ fn share_with_quadrature(compared: &mut [Sized<'_>]) {
             (one.explained, other.explained) = (both, both);
         }
     }
+}
+
+/// Trials from the most promising down, of waves those before all others whose period promises more than its neighbours do: each such
+/// crest is a valley of its own for a fit to begin in, and the neighbours of the highest lead to the same one.
+fn crests_first(compared: Vec<Sized<'_>>) -> Vec<Sized<'_>> {
+    let mut by_period: Vec<(f64, f64)> =
+        compared.iter().filter_map(|sized| Some((sized.trial.period()?, sized.explained))).collect();
+    by_period.sort_by(|a, b| a.0.total_cmp(&b.0));
+    by_period.dedup_by_key(|(period, _)| *period);
+    let is_crest = |sized: &Sized<'_>| {
+        let Some(period) = sized.trial.period() else { return true };
+        let place = by_period.partition_point(|(other, _)| *other < period);
+        let neighbours = [place.checked_sub(1), Some(place + 1)].into_iter().flatten();
+        neighbours
+            .filter_map(|place| by_period.get(place))
+            .all(|(_, explained)| *explained <= sized.explained)
+    };
+    let (mut crests, mut slopes): (Vec<_>, Vec<_>) = compared.into_iter().partition(is_crest);
+    for part in [&mut crests, &mut slopes] {
+        part.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    }
+    crests.into_iter().chain(slopes).collect()
 }
 
 /// Pairs of trials that add up replaced by the sum that explains most: waves a quarter apart by the wave of any phase, to first order the

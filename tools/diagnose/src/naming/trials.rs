@@ -61,6 +61,11 @@ impl Trial {
         value.is_finite().then_some((trial, (k + other_k) / own))
     }
 
+    /// The period of a wave along the travel; `None` for what is none.
+    pub(crate) fn period(&self) -> Option<f64> {
+        self.shapes.iter().find(|(name, _)| *name == "period").map(|(_, value)| *value)
+    }
+
     fn rest_position(&self) -> Option<f64> {
         self.shapes.iter().find(|(name, _)| *name == "rest_position").map(|(_, value)| *value)
     }

@@ -236,9 +236,10 @@ impl Search<'_> {
     }
 
     /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks
-    /// held-out recordings that would show it: a weaker law that those happen to show may stand in for it.
-    fn is_better_unconfirmed(&self, other: &Tried, chosen: &Member) -> bool {
-        if !is_only_unconfirmed(&other.gates, other.held_out) {
+    /// held-out recordings that would show it, or would show that it is more: a weaker law that those happen to show may stand in for it,
+    /// a steady force for the wave that it is a part of.
+    fn is_better_in_training(&self, other: &Tried, chosen: &Member) -> bool {
+        if !other.passes() && !is_only_unconfirmed(&other.gates, other.held_out) {
             return false;
         }
         let stack = self.study.stack(Role::Train);
@@ -272,7 +273,7 @@ impl Search<'_> {
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let contends = (other.passes() && as_simple) || self.is_better_unconfirmed(&other, chosen);
+            let contends = (other.passes() && as_simple) || self.is_better_in_training(&other, chosen);
             if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {
                 selection.rivals.push(member);
             }

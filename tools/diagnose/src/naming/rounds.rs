@@ -208,6 +208,7 @@ impl Search<'_> {
             tried.extend(self.fitted_ones(base, beside, next, &own));
         }
         self.settle_the_best(beside.rival, &mut tried);
+        self.begin_the_best_elsewhere(base, beside.rival, &screened, &mut tried);
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);
         (screened, tried)
@@ -293,18 +294,45 @@ impl Search<'_> {
     /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the recordings that it is fitted
     /// to and fail on others. The best of those that were tried is fitted to the end before it is given up for that.
     fn settle_the_best(&self, base: &Member, tried: &mut [Tried]) {
-        let by_fit = |a: &&mut Tried, b: &&mut Tried| {
-            a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
-        };
-        let Some(best) = tried.iter_mut().min_by(by_fit) else { return };
-        let beyond_doubt = best.training.t() > DOUBT * self.options.training_gate;
-        if best.passes() || !best.may_lack_another() || !beyond_doubt || self.is_over() {
+        let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
+        if !self.deserves_more(best) {
             return;
         }
         let settled = self.finished(best.member.clone());
         if settled.fitted.sum_of_squares < best.member.fitted.sum_of_squares {
             *best = self.judged_on(base, settled, best.candidate);
         }
+    }
+
+    /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves over a travel of less than a period,
+    /// say. The best of those that were tried is begun at its other shapes too before it is given up.
+    fn begin_the_best_elsewhere(
+        &self,
+        base: &Member,
+        rival: &Member,
+        screened: &[Screened],
+        tried: &mut [Tried],
+    ) {
+        let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
+        let seen = screened.iter().find(|seen| seen.candidate == best.candidate);
+        let Some(seen) = seen.filter(|_| self.deserves_more(best)) else { return };
+        let (absorbing, own) = directions(&self.study.stack(Role::Train), base);
+        let elsewhere = seen.others.par_iter().filter_map(|(trial, factor)| {
+            let at = Screened { trial: trial.clone(), factor: *factor, others: Vec::new(), ..seen.clone() };
+            let physics = self.sketch(base, &at, Others::Absorb(&absorbing))?.physics;
+            let begun = self.begun(base, &at, &physics, Others::Known(&own))?;
+            self.try_on(rival, &at, &begun).filter(Tried::passes)
+        });
+        let elsewhere = elsewhere.collect::<Vec<Tried>>();
+        if let Some(found) = elsewhere.into_iter().min_by(|a, b| by_fit(a, b)) {
+            *best = found;
+        }
+    }
+
+    /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be that its fit is no good yet.
+    fn deserves_more(&self, tried: &Tried) -> bool {
+        let beyond_doubt = tried.training.t() > DOUBT * self.options.training_gate;
+        !tried.passes() && tried.may_lack_another() && beyond_doubt && !self.is_over()
     }
 
     /// Fits the law's own parameters from its best trials; those of the model follow. What is left,
@@ -460,6 +488,10 @@ impl Search<'_> {
         let gates = gates(&trialled, self.options);
         Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
     }
+}
+
+pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
+    a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
 
 /// What a set's free parameters would absorb, and how its residuals change with those of the model's own that are free. They do nearly the

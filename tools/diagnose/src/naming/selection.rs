@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use stillbeam_plant::Model;
 
 use super::gates::DETERMINED;
-use super::rounds::{Place, Round, RoundKey, Tried};
+use super::rounds::{Place, Round, RoundKey, Tried, by_fit};
 use super::screening::Screened;
 use super::sets::Member;
 use super::trials::Candidate;
@@ -229,10 +229,6 @@ fn as_set(laws: &[usize]) -> Vec<usize> {
 
 /// Laws beside which a second one is looked for where none passes alone.
 const LACKING: usize = 2;
-
-fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
-    a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
-}
 
 #[cfg(test)]
 mod tests {

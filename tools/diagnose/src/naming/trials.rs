@@ -149,7 +149,8 @@ pub(crate) fn all_candidates(
             let trials =
                 trials((candidate.law.id(), location == "sensor"), scale, scales, output, records, peaks_hz);
             if !trials.is_empty() {
-                let ranges = ranges(candidate.law.id(), scale, scales, output, location == "sensor");
+                let ranges =
+                    ranges((candidate.law.id(), location == "sensor"), scale, scales, output, records);
                 found.push(Candidate {
                     law: candidate.law,
                     location: location.clone(),
@@ -297,17 +298,20 @@ const FAR: f64 = 1e3;
 /// A sensor's limit is looked for up to this many times its largest reading.
 const ABOVE_READINGS: f64 = 1.5;
 
+/// What swings less often during the longest recording is a drift and no mode.
+const FEWEST_PERIODS: f64 = 2.0;
+
 /// Waves of a force over half the travel that are looked for.
 const MOST_WAVES: i32 = 10;
 
 /// Outside these a law is another one: a wave of which no whole period was seen is a spring and an offset, a hysteresis that never
 /// yields too.
 fn ranges(
-    id: &str,
+    (id, at_sensor): (&str, bool),
     at: Scale,
     scales: &Scales,
     output: usize,
-    at_sensor: bool,
+    records: &[Record],
 ) -> Vec<(&'static str, f64, f64)> {
     let [_, u_most] = scales.input;
     let [_, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
@@ -325,7 +329,10 @@ fn ranges(
         }
         "dead_zone" => vec![("threshold", 0.0, u_most)],
         "dead_time" | "delay" => vec![("delay", -0.1, 0.1)],
-        "extra_mode" => vec![("damping_ratio", 1e-5, 0.5)],
+        "extra_mode" => {
+            let longest_s = records.iter().map(Record::duration_s).fold(0.0, f64::max);
+            vec![("frequency", FEWEST_PERIODS / longest_s, f64::INFINITY), ("damping_ratio", 1e-5, 0.5)]
+        }
         _ => Vec::new(),
     }
 }
@@ -353,7 +360,7 @@ mod tests {
     fn the_limit_of_a_saturating_sensor_may_be_its_largest_reading() {
         let at = Scale { displacement: 0.02, reach: 0.04, travel: 0.08, velocity: 0.1, force: 1.0 };
         let scales = Scales { input: [0.5, 1.0], outputs: vec![[0.02, 0.03]], ..Scales::default() };
-        let most = |at_sensor: bool| ranges("saturation", at, &scales, 0, at_sensor)[0].2;
+        let most = |at_sensor: bool| ranges(("saturation", at_sensor), at, &scales, 0, &[])[0].2;
         assert!(most(true) > 1.1 * 0.03, "{}", most(true));
         assert!(most(false) < 1.0 + 1e-9, "a command is known exactly");
     }

@@ -555,6 +555,47 @@ mod tests {
     }
 
     #[test]
+    fn a_wave_that_fails_held_out_is_begun_at_its_other_periods() {
+        let wave = |period: f64, force: f64| {
+            Physics::new("cogging", "mass").with("force", force).with("period", period).with("phase", 0.4)
+        };
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![wave(0.025, 0.7)];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let candidate = search.candidates.iter().position(|c| c.law.id() == "cogging").unwrap();
+            let names = search.candidates[candidate].amplitude_names();
+            let begun =
+                search.extended(&refitted, candidate, &wave(0.11, 0.5), 1, &names, Others::Searched).unwrap();
+            let wrong = search.finished(search.member(vec![candidate], begun).unwrap());
+            let mut tried = [search.judged_on(&refitted, wrong, candidate)];
+            assert!(tried[0].gates.iter().any(|gate| gate.name == "held out" && !gate.passed));
+            // As if training left no doubt, as it does where it shows less than a period.
+            tried[0].training.z = 50.0;
+            tried[0].gates.retain(|gate| gate.name != "training");
+            assert!(search.deserves_more(&tried[0]), "{:?}", tried[0].gates);
+            let trial = |period: f64| Trial {
+                amplitudes: vec![("force", 0.5)],
+                shapes: vec![("period", period), ("phase", 0.4)],
+            };
+            let seen = Screened {
+                candidate,
+                trial: trial(0.11),
+                factor: 1.0,
+                t: 10.0,
+                hidden: 0.0,
+                explained: 1.0,
+                direction: Vec::new(),
+                others: vec![(trial(0.06), 1.0), (trial(0.0255), 1.0)],
+            };
+            search.begin_the_best_elsewhere(&refitted, &refitted, &[seen], &mut tried);
+            let law = &tried[0].member.fitted.hypothesis.model.setup().physics[0];
+            assert!(tried[0].passes(), "{:?}", tried[0].gates);
+            assert!((law.parameters["period"] / 0.025 - 1.0).abs() < 1e-2, "{law:?}");
+        });
+    }
+
+    #[test]
     fn beside_a_set_that_leaves_noise_what_would_take_nothing_off_is_not_simulated() {
         let mut truth = machine();
         truth.setup_mut().physics = vec![Physics::new("coulomb_friction", "mass").with("force", 1.0)];

@@ -556,6 +556,31 @@ mod tests {
     }
 
     #[test]
+    fn every_crest_of_a_wave_comes_before_the_slopes_of_the_highest() {
+        let wave = |period: f64, phase: f64| Trial {
+            amplitudes: vec![("force", 1.0)],
+            shapes: vec![("period", period), ("phase", phase)],
+        };
+        let other = Trial { amplitudes: vec![("force", 1.0)], shapes: vec![("velocity", 0.1)] };
+        let promises =
+            [(0.08, 3.0), (0.06, 9.0), (0.05, 10.0), (0.04, 8.0), (0.03, 2.0), (0.02, 5.0), (0.015, 1.0)];
+        let mut trials: Vec<(Trial, f64)> = promises
+            .iter()
+            .flat_map(|&(period, explained)| [0.0, 1.5].map(|phase| (wave(period, phase), explained)))
+            .collect();
+        trials.push((other, 7.0));
+        let sized = trials.iter().map(|(trial, explained)| Sized {
+            trial,
+            size: 1.0,
+            effect: None,
+            explained: *explained,
+        });
+        let order: Vec<f64> = crests_first(sized.collect()).iter().map(|sized| sized.explained).collect();
+        assert_eq!(order[..5], [10.0, 10.0, 7.0, 5.0, 5.0]);
+        assert_eq!(order[5..], [9.0, 9.0, 8.0, 8.0, 3.0, 3.0, 2.0, 2.0, 1.0, 1.0]);
+    }
+
+    #[test]
     fn a_law_keeps_for_its_own_what_no_others_make_together() {
         let all =
             [screened(3, &[2.0, 0.0, 0.0]), screened(5, &[1.0, 1.0, 0.0]), screened(9, &[0.0, 3.0, 4.0])];

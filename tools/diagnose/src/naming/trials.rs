@@ -355,6 +355,19 @@ fn step_of(record: &Record, output: usize) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    #[test]
+    fn what_swings_less_than_twice_in_the_longest_recording_is_no_mode() {
+        let train = noisy_runs(&machine(), &[1.0], 1e-5);
+        searched(&train, &noisy_runs(&machine(), &[2.0], 1e-5), |search, _| {
+            let at = Scale { displacement: 0.02, reach: 0.04, travel: 0.08, velocity: 0.1, force: 1.0 };
+            let of = |records: &[Record]| ranges(("extra_mode", false), at, &Scales::default(), 0, records);
+            let (name, least_hz, _) = of(&search.study.train)[0];
+            assert_eq!(name, "frequency");
+            assert!((least_hz * 20.0 - 2.0).abs() < 0.01, "{least_hz} Hz in 20 s");
+        });
+    }
 
     #[test]
     fn the_limit_of_a_saturating_sensor_may_be_its_largest_reading() {

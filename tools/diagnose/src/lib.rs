@@ -34,6 +34,7 @@ mod outliers;
 mod parameters;
 mod patience;
 mod quality;
+mod reading_step;
 mod record;
 mod refit;
 mod result;

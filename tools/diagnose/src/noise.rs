@@ -4,7 +4,9 @@
 //! frequency. The last needs only one recording: a sweep or a transient visits every frequency for a part of the time,
 //! so the lower quartile of the residual's power over the windows of a record is the noise's, with its colour. A sensor is as noisy
 //! in one run as in another: of several recordings those count that are as quiet as the quietest. Where the excitation is stationary
-//! it is an upper bound, and says so.
+//! it is an upper bound, and says so. Readings in steps that stand still say nothing of a noise below a step: it is seen where they move.
+
+use std::ops::Range;
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -50,8 +52,7 @@ pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
     if let Some(rms) = from_quiet_stretches(parts) {
         return Some(NoiseFloor { rms, source: NoiseSource::QuietStretches });
     }
-    let powers: Vec<Quiet> =
-        parts.iter().map(|part| quiet_quarter(&part.residual, part.record.rate_hz(part.output))).collect();
+    let powers: Vec<Quiet> = parts.iter().map(quiet_quarter_of).collect();
     let power = quietest(&powers)?;
     Some(NoiseFloor { rms: power.sqrt(), source: NoiseSource::QuietQuarter })
 }
@@ -122,8 +123,9 @@ fn from_quiet_stretches(parts: &[OutputResidual<'_>]) -> Option<f64> {
         let largest = part.simulated.iter().map(|value| (value - start).abs()).fold(0.0, f64::max);
         let mut from = 0;
         let mut close = |from: usize, to: usize| {
-            if to.saturating_sub(from) >= least {
-                sum += centred_power(&part.record.outputs[part.output].samples[from..to]);
+            let samples = &part.record.outputs[part.output].samples;
+            if to.saturating_sub(from) >= least && shows_noise(part, &samples[from..to], from..to) {
+                sum += centred_power(&samples[from..to]);
                 count += (to - from) as f64 - 1.0;
             }
         };
@@ -163,12 +165,37 @@ struct Quiet {
     has_windows: bool,
 }
 
-/// The stationary part of a series.
-fn quiet_quarter(series: &[f64], rate_hz: f64) -> Quiet {
+/// Noise of this share of a step makes readings flip between steps all the time.
+const FLIPS: f64 = 0.5;
+/// Within so many steps of motion every part of a step was read.
+const STEPS_OF_MOTION: f64 = 4.0;
+
+/// Whether a stretch of an output shows its noise: readings in steps do where they flip or move.
+fn shows_noise(part: &OutputResidual<'_>, values: &[f64], range: Range<usize>) -> bool {
+    let Some(step) = part.record.outputs[part.output].step else { return true };
+    let rms = (centred_power(values) / values.len().max(1) as f64).sqrt();
+    let moved = &part.simulated[range];
+    let most = moved.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = moved.iter().copied().fold(f64::INFINITY, f64::min);
+    rms > FLIPS * step.value || most - least > STEPS_OF_MOTION * step.value
+}
+
+/// The stationary part of what is left of an output.
+fn quiet_quarter_of(part: &OutputResidual<'_>) -> Quiet {
+    let shows = |range: Range<usize>| shows_noise(part, &part.residual[range.clone()], range);
+    quiet_quarter(&part.residual, part.record.rate_hz(part.output), &shows)
+}
+
+/// The stationary part of a series, from the windows that count.
+fn quiet_quarter(series: &[f64], rate_hz: f64, counts: &dyn Fn(Range<usize>) -> bool) -> Quiet {
     let samples = series.len() as f64;
     let mean_square = series.iter().map(|value| value * value).sum::<f64>() / series.len().max(1) as f64;
     let length = ((WINDOW_S * rate_hz) as usize).next_power_of_two().min(1 << 14);
-    let windows = spectra(series, length);
+    let windows = spectra(series, length).into_iter().enumerate();
+    let windows: Vec<Vec<f64>> = windows
+        .filter(|(place, _)| counts(place * (length / 2)..place * (length / 2) + length))
+        .map(|(_, window)| window)
+        .collect();
     if windows.len() < 8 {
         return Quiet { power: mean_square, samples, has_windows: false };
     }
@@ -237,7 +264,7 @@ mod tests {
                     value + 4.0 * (0.5 * t * t * 0.6).sin()
                 })
                 .collect();
-            let ratio = quiet_quarter(&swept, 100.0).power / power;
+            let ratio = quiet_quarter(&swept, 100.0, &|_| true).power / power;
             assert!((0.85..1.3).contains(&ratio), "rho {rho}: {ratio}");
         }
     }
@@ -268,7 +295,7 @@ mod tests {
                             last
                         })
                         .collect();
-                    quiet_quarter(&noise, 100.0).power
+                    quiet_quarter(&noise, 100.0, &|_| true).power
                 })
                 .collect();
             // Five recordings as a lab makes them.

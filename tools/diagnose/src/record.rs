@@ -7,6 +7,7 @@ use stillbeam_recording::{Recording, Role};
 
 use crate::between_samples::BetweenSamples;
 use crate::error::DiagnoseError;
+use crate::reading_step::ReadingStep;
 
 /// The fewest samples of an output that a diagnosis starts from.
 const LEAST_SAMPLES: usize = 100;
@@ -33,14 +34,17 @@ pub(crate) struct OutputSignal {
     pub(crate) at: Vec<usize>,
     /// The samples there are.
     pub(crate) samples: Vec<f64>,
+    /// The step that they come in, if they do.
+    pub(crate) step: Option<ReadingStep>,
 }
 
 impl OutputSignal {
     fn of(recording: &Recording, index: usize, column: &str) -> Option<Self> {
         let all = recording.column(column).ok()?;
         let at: Vec<usize> = (0..all.len()).filter(|&k| all[k].is_finite()).collect();
-        let samples = at.iter().map(|&k| all[k]).collect();
-        Some(Self { index, column: column.to_owned(), at, samples })
+        let samples: Vec<f64> = at.iter().map(|&k| all[k]).collect();
+        let step = ReadingStep::of(&samples);
+        Some(Self { index, column: column.to_owned(), at, samples, step })
     }
 
     /// Without the samples for which `aside` holds; they are told apart by their place in `samples`.

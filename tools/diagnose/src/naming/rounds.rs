@@ -467,9 +467,9 @@ impl Search<'_> {
         let mut parameters = parameters;
         let law = own.split('.').nth(1).and_then(|number| number.parse::<usize>().ok());
         let law = law.and_then(|number| member.fitted.hypothesis.model.setup().physics.get(number - 1));
-        if let Some(step) = law.and_then(|law| law.parameters.get("step")) {
-            // Read off the recordings, not fitted: uncertain by the rounding of numbers.
-            parameters.push(("step".to_owned(), *step, 1e-9 * step, f64::NEG_INFINITY, f64::INFINITY));
+        let stderr = self.candidates[candidate].step_stderr;
+        if let (Some(step), Some(stderr)) = (law.and_then(|law| law.parameters.get("step")), stderr) {
+            parameters.push(("step".to_owned(), *step, stderr, f64::NEG_INFINITY, f64::INFINITY));
         }
         let amplitudes = self.candidates[candidate].amplitude_names();
         let noise = stack.present() as f64;

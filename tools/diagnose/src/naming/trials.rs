@@ -10,6 +10,7 @@ use stillbeam_plant::Physics;
 use stillbeam_plant::catalogue::{Law, candidates};
 
 use super::scales::{Scale, Scales};
+use crate::reading_step::ReadingStep;
 use crate::record::Record;
 use crate::simulation::Hypothesis;
 
@@ -23,6 +24,8 @@ pub(crate) struct Candidate {
     pub(crate) trials: Vec<Trial>,
     /// Name, least and greatest value of shapes that mean something only within the machine's motion.
     pub(crate) ranges: Vec<(&'static str, f64, f64)>,
+    /// Standard error of a step that is read off the recordings and not fitted.
+    pub(crate) step_stderr: Option<f64>,
 }
 
 /// One set of values to try.
@@ -151,7 +154,10 @@ pub(crate) fn all_candidates(
             if !trials.is_empty() {
                 let ranges =
                     ranges((candidate.law.id(), location == "sensor"), scale, scales, output, records);
+                let is_read_off = candidate.law.id() == "quantisation";
+                let step = is_read_off.then(|| reading_step(records, output)).flatten();
                 found.push(Candidate {
+                    step_stderr: step.map(|step| step.stderr),
                     law: candidate.law,
                     location: location.clone(),
                     column,
@@ -265,8 +271,7 @@ fn trials(
             [amplitude("quadratic", 0.01 / u), amplitude("cubic", 0.01 / (u * u))].concat()
         }
         "quantisation" => {
-            let steps = records.iter().filter_map(|record| step_of(record, output)).reduce(f64::min);
-            steps.map_or_else(Vec::new, |step| {
+            reading_step(records, output).map_or_else(Vec::new, |ReadingStep { value: step, .. }| {
                 // What the noise before the rounding leaves of it.
                 [0.05, 0.15, 0.25, 0.4]
                     .map(|share| Trial {
@@ -337,19 +342,12 @@ fn ranges(
     }
 }
 
-/// Distance of neighbouring readings where an output takes few values; `None` where it is not quantised.
-fn step_of(record: &Record, output: usize) -> Option<f64> {
-    let samples = &record.outputs.iter().find(|signal| signal.index == output)?.samples;
-    let mut sorted = samples.clone();
-    sorted.sort_by(f64::total_cmp);
-    let gaps: Vec<f64> = sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0).collect();
-    // Distinct readings of an analogue sensor are as many as samples.
-    if gaps.len() * 2 > samples.len() {
-        return None;
-    }
-    let smallest = gaps.iter().copied().reduce(f64::min)?;
-    let near = gaps.iter().filter(|gap| (**gap / smallest - (**gap / smallest).round()).abs() < 0.05).count();
-    (near * 10 > gaps.len() * 9).then_some(smallest)
+/// The step of an output's readings, from the recording that says it best; `None` where it has none.
+fn reading_step(records: &[Record], output: usize) -> Option<ReadingStep> {
+    let signals =
+        records.iter().filter_map(|record| record.outputs.iter().find(|signal| signal.index == output));
+    let steps = signals.filter_map(|signal| signal.step);
+    steps.min_by(|a, b| a.stderr.total_cmp(&b.stderr))
 }
 
 #[cfg(test)]

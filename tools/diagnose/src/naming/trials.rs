@@ -353,7 +353,35 @@ fn reading_step(records: &[Record], output: usize) -> Option<ReadingStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stillbeam_recording::Recording;
+
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::{Options, diagnose};
+
+    /// Runs whose readings are rounded in the presence of noise, and again when they are written down.
+    fn rounded_twice(amplitudes: &[f64], noise_m: f64, step_m: f64, written_m: f64) -> Vec<Recording> {
+        let to = |value: f64, step: f64| (value / step).round() * step;
+        let rounded = |recording: Recording| {
+            let column = |name: &str| recording.column(name).unwrap().to_vec();
+            let read = column("position_m").iter().map(|x| to(to(*x, step_m), written_m)).collect();
+            Recording::new(recording.name.clone(), recording.time_s.clone())
+                .with_column("force_N", column("force_N"))
+                .with_column("position_m", read)
+        };
+        noisy_runs(&machine(), amplitudes, noise_m).into_iter().map(rounded).collect()
+    }
+
+    #[test]
+    fn readings_that_are_rounded_amid_noise_and_written_down_in_finer_steps_are_known_as_rounded() {
+        let (noise_m, step_m, written_m) = (0.22e-3, 1.0013e-3, 2.2e-5);
+        let train = rounded_twice(&[3.0, 9.0, 5.0], noise_m, step_m, written_m);
+        let held_out = rounded_twice(&[7.0], noise_m, step_m, written_m);
+        let found = diagnose(&machine(), &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+        assert_eq!(named, ["quantisation"], "{}", found.sentence);
+        let step = &found.effects[0].parameters["step"];
+        assert!((step.value - step_m).abs() < 3.0 * step.stderr && step.stderr < 1e-3 * step_m, "{step:?}");
+    }
 
     #[test]
     fn what_swings_less_than_twice_in_the_longest_recording_is_no_mode() {

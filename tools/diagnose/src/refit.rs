@@ -15,8 +15,8 @@ const VISIBLE: f64 = 20.0;
 
 /// Refits the model within its own parameters.
 ///
-/// Parameters that the recordings cannot tell apart from those before them in the list stay as given; their
-/// paths are returned too.
+/// Parameters that the recordings cannot tell apart from those before them in the list stay as given, or where an earlier fit took them
+/// where those others cannot make up for the way back; their paths are returned too.
 pub(crate) fn refit(
     stack: &Stack<'_>,
     given: &Hypothesis,
@@ -67,11 +67,11 @@ pub(crate) fn refit_beside_laws(
 /// A sum of squares below this many squares per sample is noise's, where outputs are weighted by their noise.
 const NOISE: f64 = 1.05;
 
-/// Where an earlier fit ended, for the parameters that it had.
+/// Where an earlier fit ended: also for parameters that it could not tell apart in the end.
 fn started_from(candidates: &[FreeParameter], before: &Fitted) -> Vec<f64> {
     let value = |parameter: &FreeParameter| {
-        let place = before.free.iter().position(|free| free.path == parameter.path);
-        place.map_or(parameter.given, |place| before.values[place])
+        let there = before.hypothesis.model.parameter(&parameter.path);
+        there.filter(|value| value.is_finite()).unwrap_or(parameter.given)
     };
     candidates.iter().map(value).collect()
 }
@@ -102,9 +102,14 @@ fn refit_at(
         let free: Vec<FreeParameter> = kept.iter().map(|&index| candidates[index].clone()).collect();
         let values: Vec<f64> = kept.iter().map(|&index| at.values[index]).collect();
         let base = at.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
-        let fitted = fit(stack, &base, &free, &values, &at.initial_states(), effort).ok_or_else(diverged)?;
+        let from = |base: &Hypothesis| fit(stack, base, &free, &values, &at.initial_states(), effort);
+        let (mut fitted, mut all) = (from(&base).ok_or_else(diverged)?, given_values(candidates));
+        // A parameter may have gone far before it turned out that others do its work; at its given value the fit is lost.
+        if fitted.sum_of_squares > LOST * at.sum_of_squares {
+            (fitted, all) = (from(&at.hypothesis).ok_or_else(diverged)?, at.values.clone());
+        }
         let settled = fitted.sum_of_squares > LESS * at.sum_of_squares;
-        let (hypothesis, mut all) = (fitted.hypothesis.clone(), given_values(candidates));
+        let hypothesis = fitted.hypothesis.clone();
         kept.iter().zip(&fitted.values).for_each(|(&index, value)| all[index] = *value);
         if settled {
             return Ok((fitted, paths));
@@ -124,6 +129,8 @@ fn refit_at(
     Ok((freed(at, &kept), paths))
 }
 
+/// A fit that leaves this many times what was left before it is lost.
+const LOST: f64 = 1.5;
 /// Which parameters are free is decided at most this often, ...
 const MOST_CHOICES: usize = 4;
 /// ... anew when a fit has left less than this share: what is left sets what shows.

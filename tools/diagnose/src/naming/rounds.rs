@@ -324,7 +324,7 @@ impl Search<'_> {
             self.try_on(rival, &at, &begun).filter(Tried::passes)
         });
         let elsewhere = elsewhere.collect::<Vec<Tried>>();
-        if let Some(found) = elsewhere.into_iter().min_by(|a, b| by_fit(a, b)) {
+        if let Some(found) = elsewhere.into_iter().min_by(by_fit) {
             *best = found;
         }
     }

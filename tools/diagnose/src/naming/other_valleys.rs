@@ -4,7 +4,9 @@
 //! travel, a contact on the other side of the rest, friction that is stronger the other way. The screen picks the valley from
 //! around a model that lacks the law, and that model moves otherwise than the machine. With the law, even in the wrong valley, the
 //! motion is nearly right: what is left then shows the law a second time, at another shape. Each law of a set that leaves more than noise is
-//! begun there, and turned around, and the set is kept in whichever valley fits best.
+//! begun there, and turned around, and the set is kept in whichever valley fits best. So are a cable that pulls towards another place and
+//! friction with a dip at low speed, begun from the cable and the dry friction that were found: begun from nothing, the fit of the richer
+//! law often stops on its way.
 
 use std::slice::from_ref;
 
@@ -15,6 +17,9 @@ use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
 use crate::adequacy::Rest;
+
+/// Friction with a dip is begun with forces this share of dry friction below it and above.
+const DIP: f64 = 0.3;
 
 /// A second instance of a law is begun where the screen is so many standard errors certain of it.
 const SEEN_AGAIN: f64 = 3.0;
@@ -39,7 +44,9 @@ impl Search<'_> {
             return None;
         }
         let others = self.seen_again(member, place).into_iter().chain(self.turned_around(member, place));
-        let best = others.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
+        let best = others
+            .chain(self.with_a_dip(member, place))
+            .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         (self.better_by(member, &best) > self.options.separation).then_some(best)
     }
 
@@ -59,7 +66,29 @@ impl Search<'_> {
             return None;
         }
         let physics = self.sketched_on_top(member, &seen)?;
-        self.exchanged(member, place, candidate, &physics)
+        let own = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        self.exchanged(member, place, candidate, &cables_together(own, &physics).unwrap_or(physics))
+    }
+
+    /// The set with dry friction as friction with a dip at low speed, the sharpness of which is tried as it is in a screen.
+    fn with_a_dip(&self, member: &Member, place: usize) -> Option<Member> {
+        let even = &self.candidates[member.laws[place]];
+        let friction = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        if friction.id != "coulomb_friction" {
+            return None;
+        }
+        let force = *friction.parameters.get("force")?;
+        let dip = self
+            .candidates
+            .iter()
+            .position(|other| other.law.id() == "stribeck_friction" && other.location == even.location)?;
+        let begun = self.candidates[dip].trials.iter().filter_map(|trial| {
+            let mut law = self.candidates[dip].physics(trial, 1.0);
+            law.parameters.insert("force".to_owned(), (1.0 - DIP) * force);
+            law.parameters.insert("static_force".to_owned(), (1.0 + DIP) * force);
+            self.exchanged(member, place, dip, &law)
+        });
+        begun.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
     }
 
     /// The set with the law as it would be on a machine turned around.
@@ -67,6 +96,18 @@ impl Search<'_> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
         self.exchanged(member, place, member.laws[place], &turned(law)?)
     }
+}
+
+/// Two cables at one place are one that pulls towards a place between; `None` for what is no cable.
+fn cables_together(one: &Physics, other: &Physics) -> Option<Physics> {
+    if one.id != "cable_spring" || other.id != one.id {
+        return None;
+    }
+    let value = |law: &Physics, name: &str| law.parameters.get(name).copied().unwrap_or(0.0);
+    let [k, other_k] = [one, other].map(|law| value(law, "stiffness"));
+    let pulls = |law: &Physics| value(law, "stiffness") * value(law, "rest_position");
+    let rest = (pulls(one) + pulls(other)) / (k + other_k);
+    rest.is_finite().then(|| one.clone().with("stiffness", k + other_k).with("rest_position", rest))
 }
 
 /// A law on a machine whose axis points the other way; `None` where it is the same.
@@ -144,6 +185,42 @@ mod tests {
             assert!(departure(&right, &truth, "contact") < 0.02, "{right:?}");
             assert!(departure(&right, &truth, "stiffness") < 0.02, "{right:?}");
         }
+    }
+
+    #[test]
+    fn two_cables_are_one_that_pulls_towards_a_place_between() {
+        let cable = |stiffness: f64, rest: f64| {
+            Physics::new("cable_spring", "mass").with("stiffness", stiffness).with("rest_position", rest)
+        };
+        let both = cables_together(&cable(600.0, 0.0), &cable(0.05, -120.0)).unwrap();
+        assert!((both.parameters["stiffness"] - 600.05).abs() < 1e-9);
+        assert!((both.parameters["rest_position"] + 6.0 / 600.05).abs() < 1e-12, "the pull is that of both");
+        let unmoved = Physics::new("cable_spring", "mass").with("stiffness", 600.0);
+        assert_eq!(cables_together(&unmoved, &cable(200.0, 0.04)).unwrap().parameters["rest_position"], 0.01);
+        assert_eq!(cables_together(&unmoved, &Physics::new("cubic_stiffness", "mass")), None);
+    }
+
+    #[test]
+    fn dry_friction_that_leaves_more_than_noise_is_tried_with_a_dip() {
+        let mut truth = machine();
+        let dip = Physics::new("stribeck_friction", "mass")
+            .with("force", 0.6)
+            .with("static_force", 1.4)
+            .with("velocity", 0.05);
+        truth.setup_mut().physics = vec![dip];
+        let train = noisy_runs(&truth, &[3.0, 9.0], NOISE_M);
+        let (id, parameters) = searched(&train, &noisy_runs(&truth, &[5.0], NOISE_M), |search, refitted| {
+            let even = search.candidates.iter().position(|c| c.law.id() == "coulomb_friction").unwrap();
+            let names = search.candidates[even].amplitude_names();
+            let law = Physics::new("coulomb_friction", "mass").with("force", 0.8);
+            let begun = search.extended(&refitted, even, &law, 1, &names, Others::Searched).unwrap();
+            let set = search.finished(search.member(vec![even], begun).unwrap());
+            let found = search.finished(search.in_the_deepest_valleys(set));
+            let law = found.fitted.hypothesis.model.setup().physics[0].clone();
+            (law.id, law.parameters)
+        });
+        assert_eq!(id, "stribeck_friction");
+        assert!((parameters["static_force"] / 1.4 - 1.0).abs() < 0.05, "{parameters:?}");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! | training | is the law's improvement of the training recordings more than chance, whatever the noise's colour |
 //! | held out | does it improve recordings it was not fitted to, and make none of them worse |
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
-//! | determined | are the parameters larger than their standard errors |
+//! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one |
 //! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at one and a half times the largest input |
@@ -239,12 +239,15 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         }
         None => gate("bounds", true, "no parameter is at a bound".to_owned()),
     });
-    let weakest = trialled
-        .parameters
-        .iter()
-        .filter(|(name, ..)| trialled.amplitudes.contains(name))
-        .map(|(name, value, stderr, ..)| (name, value.abs() / stderr))
-        .min_by(|a, b| a.1.total_cmp(&b.1));
+    let strengths = || {
+        let amplitudes = trialled.parameters.iter().filter(|(name, ..)| trialled.amplitudes.contains(name));
+        amplitudes.map(|(name, value, stderr, ..)| (name.as_str(), value.abs() / stderr))
+    };
+    // Friction that acts one way only differs by direction all the same: of its two forces the better known one counts.
+    let is_outdone = |name: &str, t: f64| {
+        other_direction(name).is_some_and(|other| strengths().any(|(name, its)| name == other && its > t))
+    };
+    let weakest = strengths().filter(|(name, t)| !is_outdone(name, *t)).min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((name, t)) = weakest {
         let passed = t > options.training_gate;
         gates.push(gate(DETERMINED, passed, format!("{name} is {t:.1} standard errors from zero")));
@@ -305,6 +308,12 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     gates
 }
 
+/// The same strength in the other direction; `None` for what has none.
+fn other_direction(name: &str) -> Option<String> {
+    let turned = |from: &str, to: &str| Some(format!("{}{to}", name.strip_suffix(from)?));
+    turned("_forward", "_backward").or_else(|| turned("_backward", "_forward"))
+}
+
 /// Whether the held-out recordings neither confirm nor contradict a law that passes all other gates: they hardly show it.
 pub(crate) fn is_only_unconfirmed(gates: &[Gate], held_out: Option<Improvement>) -> bool {
     let failed: Vec<&str> = gates.iter().filter(|gate| !gate.passed).map(|gate| gate.name.as_str()).collect();
@@ -353,6 +362,35 @@ mod tests {
         assert!(!said(3.0, true), "confirmed");
         assert!(!said(0.2, false), "not seen in training either");
         assert!(!is_only_unconfirmed(&[], None));
+    }
+
+    /// Whether strengths of these values and errors are determined.
+    fn determined(strengths: [(&str, f64, f64); 2]) -> bool {
+        let parameters = strengths
+            .map(|(name, value, stderr)| (name.to_owned(), value, stderr, f64::NEG_INFINITY, f64::INFINITY));
+        let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
+        let trialled = Trialled {
+            training: improvement,
+            held_out: Some(improvement),
+            freedom: 2,
+            parameters: &parameters,
+            amplitudes: &strengths.map(|(name, ..)| name.to_owned()),
+            explained: 1e4,
+            systematic: 1e4,
+            held_out_share: Some(1.0),
+            closer: None,
+        };
+        let gates = gates(&trialled, &Options::default());
+        gates.iter().find(|gate| gate.name == DETERMINED).unwrap().passed
+    }
+
+    #[test]
+    fn every_strength_is_determined_and_of_two_directions_the_better_known_one() {
+        assert!(determined([("force_forward", 0.052, 0.014), ("force_backward", 0.195, 0.014)]));
+        assert!(determined([("force_forward", 0.195, 0.014), ("force_backward", 0.0, 0.014)]));
+        assert!(!determined([("force_forward", 0.052, 0.014), ("force_backward", 0.195, 0.06)]));
+        assert!(!determined([("force", 0.052, 0.014), ("static_force", 0.195, 0.014)]));
+        assert!(determined([("force", 0.058, 0.014), ("static_force", 0.195, 0.014)]));
     }
 
     #[test]

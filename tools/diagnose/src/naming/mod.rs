@@ -12,6 +12,7 @@ pub(crate) mod rounds;
 pub(crate) mod same_force;
 pub(crate) mod scales;
 pub(crate) mod screening;
+mod second_tries;
 pub(crate) mod selection;
 pub(crate) mod sets;
 pub(crate) mod stand_ins;

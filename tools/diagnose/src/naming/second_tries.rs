@@ -1,0 +1,107 @@
+//! What fits best and does not pass is tried again before it is given up: fitted to the end, and begun at its other shapes.
+
+use rayon::prelude::*;
+use stillbeam_recording::Role;
+
+use super::gates::DOUBT;
+use super::rounds::{Tried, by_fit, directions};
+use super::screening::Screened;
+use super::selection::Search;
+use super::sets::Member;
+use crate::fit::Others;
+
+impl Search<'_> {
+    /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the recordings that it is fitted
+    /// to and fail on others. The best of those that were tried is fitted to the end before it is given up for that.
+    pub(super) fn settle_the_best(&self, base: &Member, tried: &mut [Tried]) {
+        let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
+        if !self.deserves_more(best) {
+            return;
+        }
+        let settled = self.finished(best.member.clone());
+        if settled.fitted.sum_of_squares < best.member.fitted.sum_of_squares {
+            *best = self.judged_on(base, settled, best.candidate);
+        }
+    }
+
+    /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves over a travel of less than a period,
+    /// say. The best of those that were tried is begun at its other shapes too before it is given up.
+    pub(super) fn begin_the_best_elsewhere(
+        &self,
+        base: &Member,
+        rival: &Member,
+        screened: &[Screened],
+        tried: &mut [Tried],
+    ) {
+        let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
+        let seen = screened.iter().find(|seen| seen.candidate == best.candidate);
+        let Some(seen) = seen.filter(|_| self.deserves_more(best)) else { return };
+        let (absorbing, own) = directions(&self.study.stack(Role::Train), base);
+        let elsewhere = seen.others.par_iter().filter_map(|(trial, factor)| {
+            let at = Screened { trial: trial.clone(), factor: *factor, others: Vec::new(), ..seen.clone() };
+            let physics = self.sketch(base, &at, Others::Absorb(&absorbing))?.physics;
+            let begun = self.begun(base, &at, &physics, Others::Known(&own))?;
+            self.try_on(rival, &at, &begun).filter(Tried::passes)
+        });
+        let elsewhere = elsewhere.collect::<Vec<Tried>>();
+        if let Some(found) = elsewhere.into_iter().min_by(by_fit) {
+            *best = found;
+        }
+    }
+
+    /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be that its fit is no good yet.
+    fn deserves_more(&self, tried: &Tried) -> bool {
+        let beyond_doubt = tried.training.t() > DOUBT * self.options.training_gate;
+        !tried.passes() && tried.may_lack_another() && beyond_doubt && !self.is_over()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+
+    use super::*;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::trials::Trial;
+
+    #[test]
+    fn a_wave_that_fails_held_out_is_begun_at_its_other_periods() {
+        let wave = |period: f64, force: f64| {
+            Physics::new("cogging", "mass").with("force", force).with("period", period).with("phase", 0.4)
+        };
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![wave(0.025, 0.7)];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let candidate = search.candidates.iter().position(|c| c.law.id() == "cogging").unwrap();
+            let names = search.candidates[candidate].amplitude_names();
+            let begun =
+                search.extended(&refitted, candidate, &wave(0.11, 0.5), 1, &names, Others::Searched).unwrap();
+            let wrong = search.finished(search.member(vec![candidate], begun).unwrap());
+            let mut tried = [search.judged_on(&refitted, wrong, candidate)];
+            assert!(tried[0].gates.iter().any(|gate| gate.name == "held out" && !gate.passed));
+            // As if training left no doubt, as it does where it shows less than a period.
+            tried[0].training.z = 50.0;
+            tried[0].gates.retain(|gate| gate.name != "training");
+            assert!(search.deserves_more(&tried[0]), "{:?}", tried[0].gates);
+            let trial = |period: f64| Trial {
+                amplitudes: vec![("force", 0.5)],
+                shapes: vec![("period", period), ("phase", 0.4)],
+            };
+            let seen = Screened {
+                candidate,
+                trial: trial(0.11),
+                factor: 1.0,
+                t: 10.0,
+                hidden: 0.0,
+                explained: 1.0,
+                direction: Vec::new(),
+                others: vec![(trial(0.06), 1.0), (trial(0.0255), 1.0)],
+            };
+            search.begin_the_best_elsewhere(&refitted, &refitted, &[seen], &mut tried);
+            let law = &tried[0].member.fitted.hypothesis.model.setup().physics[0];
+            assert!(tried[0].passes(), "{:?}", tried[0].gates);
+            assert!((law.parameters["period"] / 0.025 - 1.0).abs() < 1e-2, "{law:?}");
+        });
+    }
+}

@@ -42,6 +42,8 @@ impl Effort {
     pub(crate) const COMPARE: Self = Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4 };
     /// To compare sets.
     pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
+    /// To follow a valley that bends: all derivatives are made anew for every step.
+    pub(crate) const BENT: Self = Self { evaluations: 40, rounds: 3, tolerance: 1e-6, kept_steps: 0 };
     /// For what is reported.
     pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3 };
 }

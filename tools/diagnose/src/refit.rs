@@ -57,11 +57,36 @@ pub(crate) fn refit_beside_laws(
         return there;
     }
     // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be nearer.
-    let from_drawing = started_from(&candidates, before).into_iter().zip(&candidates);
-    let from_drawing =
-        from_drawing.map(|(value, parameter)| if parameter.is_added { value } else { parameter.given });
-    let drawn = fitted(from_drawing.collect(), &[]);
+    let drawn = refit_from_drawing(stack, hypothesis, before, Effort::TRIAL);
     there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+}
+
+/// A set of laws fitted again, the model's own parameters from the drawing, which of them are free decided anew.
+pub(crate) fn refit_from_drawing(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    before: &Fitted,
+    effort: Effort,
+) -> Option<Fitted> {
+    let laws = before.free.iter().filter(|parameter| parameter.is_added).cloned();
+    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(hypothesis)).collect();
+    let there = started_from(&candidates, before).into_iter().zip(&candidates);
+    let start = there.map(|(value, parameter)| if parameter.is_added { value } else { parameter.given });
+    let mut start: Vec<f64> = start.collect();
+    if is_far_anywhere(before) {
+        scan_frequencies(stack, hypothesis, &candidates, &mut start);
+    }
+    refit_at(stack, hypothesis, &candidates, start, &[], effort).ok().map(|(fitted, _)| fitted)
+}
+
+/// Whether a parameter of the model is further from its given value than that can be wrong.
+pub(crate) fn is_far_anywhere(fitted: &Fitted) -> bool {
+    fitted.free.iter().zip(&fitted.values).any(|(parameter, value)| is_far(parameter, *value))
+}
+
+fn is_far(parameter: &FreeParameter, value: f64) -> bool {
+    let is_known = !parameter.is_added && parameter.given > 0.0 && value > 0.0;
+    is_known && (value / parameter.given).ln().abs() > parameter.known_within().ln()
 }
 
 /// A sum of squares below this many squares per sample is noise's, where outputs are weighted by their noise.
@@ -176,12 +201,13 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
 }
 
 /// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley: every
-/// frequency is first looked for around its given value, the others standing still, twice round.
+/// frequency of the model's own is first looked for around its given value, the others standing still, twice round.
 fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
     const REACH: f64 = 0.12;
     const STEPS: i32 = 24;
     for round in 0..2 {
-        for (index, _) in free.iter().enumerate().filter(|(_, parameter)| parameter.sets_frequency()) {
+        let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
+        for (index, _) in free.iter().enumerate().filter(|(_, parameter)| sets_frequency(parameter)) {
             let reach = if round == 0 { REACH } else { 0.2 * REACH };
             let centre = values[index];
             let sums: Vec<(f64, f64)> = (-STEPS..=STEPS)

@@ -7,6 +7,9 @@
 //! begun there, and turned around, and the set is kept in whichever valley fits best. So are a cable that pulls towards another place and
 //! friction with a dip at low speed, begun from the cable and the dry friction that were found: begun from nothing, the fit of the richer
 //! law often stops on its way.
+//!
+//! The model's own parameters have valleys too: a beam that is twice as thick at one end and half as stiff rings at nearly the same two
+//! frequencies. Where one went there to make up for a law that was not found yet, the laws are fitted from the drawing.
 
 use std::slice::from_ref;
 
@@ -17,6 +20,9 @@ use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
 use crate::adequacy::Rest;
+use crate::fit::Effort;
+use crate::refit::{is_far_anywhere, refit_from_drawing};
+use crate::simulation::Hypothesis;
 
 /// Friction with a dip is begun with forces this share of dry friction below it and above.
 const DIP: f64 = 0.3;
@@ -26,7 +32,8 @@ const SEEN_AGAIN: f64 = 3.0;
 
 impl Search<'_> {
     /// The set with its laws in the valleys that fit best, of those that can be seen from here.
-    pub(super) fn in_the_deepest_valleys(&self, mut member: Member) -> Member {
+    pub(super) fn in_the_deepest_valleys(&self, member: Member) -> Member {
+        let mut member = self.nearer_the_drawing(&member).unwrap_or(member);
         for candidate in member.laws.clone() {
             if self.is_over() {
                 break;
@@ -34,6 +41,21 @@ impl Search<'_> {
             member = self.in_a_deeper_valley(&member, candidate).unwrap_or(member);
         }
         member
+    }
+
+    /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.
+    fn nearer_the_drawing(&self, member: &Member) -> Option<Member> {
+        if member.laws.is_empty() || !is_far_anywhere(&member.fitted) || self.is_over() {
+            return None;
+        }
+        let mut hypothesis = Hypothesis::given(self.given);
+        hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
+        let stack = self.study.stack(Role::Train).until(self.patience);
+        let drawn = refit_from_drawing(&stack, &hypothesis, &member.fitted, Effort::BENT)?;
+        let drawn = self.member(member.laws.clone(), drawn)?;
+        let gain = self.better_by(member, &drawn);
+        let is_near = !is_far_anywhere(&drawn.fitted);
+        (gain > self.options.separation || (is_near && gain > -self.options.separation)).then_some(drawn)
     }
 
     /// The set with one of its laws in another valley that fits better; `None` where none is seen, and where the set leaves
@@ -132,9 +154,10 @@ fn turned(law: &Physics) -> Option<Physics> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::Others;
+    use crate::fit::{Fitted, Others};
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};
     use crate::naming::trials::Candidate;
+    use crate::stacking::RecordFit;
 
     const NOISE_M: f64 = 1e-5;
 
@@ -221,6 +244,35 @@ mod tests {
         });
         assert_eq!(id, "stribeck_friction");
         assert!((parameters["static_force"] / 1.4 - 1.0).abs() < 0.05, "{parameters:?}");
+    }
+
+    #[test]
+    fn a_parameter_that_went_far_before_its_law_was_found_comes_back_to_the_drawing() {
+        let mut truth = machine();
+        truth.set_parameter("body.mass.mass", 2.1).unwrap();
+        let friction = Physics::new("coulomb_friction", "mass").with("force", 1.2);
+        truth.setup_mut().physics = vec![friction.clone()];
+        let train = noisy_runs(&truth, &[3.0, 9.0], NOISE_M);
+        searched(&train, &noisy_runs(&truth, &[5.0], NOISE_M), |search, refitted| {
+            let even = search.candidates.iter().position(|c| c.law.id() == "coulomb_friction").unwrap();
+            let names = search.candidates[even].amplitude_names();
+            let begun = search.extended(&refitted, even, &friction, 1, &names, Others::Searched).unwrap();
+            let near = search.member(vec![even], begun).unwrap();
+            assert!(search.nearer_the_drawing(&near).is_none(), "nothing went far");
+            let stack = search.study.stack(Role::Train);
+            let values: Vec<f64> = near.fitted.values.iter().map(|value| 1.6 * value).collect();
+            let hypothesis = near.fitted.hypothesis.with_values(&near.fitted.free, &values).unwrap();
+            let records = stack.evaluate(&hypothesis, &near.fitted.initial_states()).unwrap();
+            let squares = |fit: &RecordFit| fit.residuals.iter().map(|r| r * r).sum::<f64>();
+            let sum_of_squares = records.iter().map(squares).sum();
+            let far = Fitted { hypothesis, values, records, sum_of_squares, ..near.fitted.clone() };
+            let far = search.member(vec![even], far).unwrap();
+            let back = search.nearer_the_drawing(&far).expect("the drawing is a better start");
+            let mass = back.fitted.hypothesis.model.parameter("body.mass.mass").unwrap();
+            let force = back.fitted.hypothesis.model.setup().physics[0].parameters["force"];
+            assert!((mass / 2.1 - 1.0).abs() < 0.01, "{mass} kg");
+            assert!((force / 1.2 - 1.0).abs() < 0.02, "{force} N");
+        });
     }
 
     #[test]

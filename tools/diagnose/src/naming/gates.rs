@@ -5,9 +5,10 @@
 //! | training | is the law's improvement of the training recordings more than chance, whatever the noise's colour |
 //! | held out | does it improve recordings it was not fitted to, and make none of them worse |
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
-//! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one |
+//! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one, of a law with one strength and known shapes by less |
 //! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
+//! | pulls back | does a cable pull towards where it was laid, and not push away from it |
 //! | stable | does the model stay finite at one and a half times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains: is the held-out gain beyond doubt |
 //! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and all that is left foreign |
@@ -15,6 +16,7 @@
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_identify::tall::{add_scaled, dot};
+use stillbeam_plant::Physics;
 
 use crate::intervals::{Consistency, Scatter};
 use crate::options::Options;
@@ -192,6 +194,9 @@ const DISAGREES_P: f64 = 1e-5;
 /// ... it matters: a half recording's own value is off by this share.
 const DISAGREES_BY: f64 = 0.2;
 
+/// Standard errors that a law's only strength lies from zero at least.
+const ONLY_STRENGTH: f64 = 2.0;
+
 /// Name of the gate of strengths that are larger than their errors.
 pub(super) const DETERMINED: &str = "determined";
 
@@ -249,7 +254,19 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     };
     let weakest = strengths().filter(|(name, t)| !is_outdone(name, *t)).min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((name, t)) = weakest {
-        let passed = t > options.training_gate;
+        // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop that is touched
+        // shortly is certain without being known well: how far away it is is clear, how hard it pushes back is not.
+        // A hysteresis of unknown strength and unknown yield is dry friction, and not named on top.
+        let mut shapes = trialled.parameters.iter().filter(|(name, ..)| !trialled.amplitudes.contains(name));
+        let is_clear = |(_, value, stderr, ..): &(String, f64, f64, f64, f64)| {
+            value.abs() > options.training_gate * stderr
+        };
+        let needed = if strengths().count() == 1 && shapes.all(is_clear) {
+            ONLY_STRENGTH
+        } else {
+            options.training_gate
+        };
+        let passed = t > needed;
         gates.push(gate(DETERMINED, passed, format!("{name} is {t:.1} standard errors from zero")));
     }
     let share = trialled.share();
@@ -306,6 +323,13 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         }
     }
     gates
+}
+
+/// A cable that pushes is no cable: beside other laws it takes back what a parameter has moved too far. `None` for other laws.
+pub(crate) fn pulls_back(law: &Physics) -> Option<Gate> {
+    let stiffness = (law.id == "cable_spring").then(|| law.parameters.get("stiffness"))??;
+    let detail = format!("stiffness of {stiffness:.3e}");
+    Some(Gate { name: "pulls back".to_owned(), passed: *stiffness > 0.0, detail })
 }
 
 /// The same strength in the other direction; `None` for what has none.
@@ -368,13 +392,17 @@ mod tests {
     fn determined(strengths: [(&str, f64, f64); 2]) -> bool {
         let parameters = strengths
             .map(|(name, value, stderr)| (name.to_owned(), value, stderr, f64::NEG_INFINITY, f64::INFINITY));
+        is_determined(&parameters, &strengths.map(|(name, ..)| name.to_owned()))
+    }
+
+    fn is_determined(parameters: &[(String, f64, f64, f64, f64)], amplitudes: &[String]) -> bool {
         let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
         let trialled = Trialled {
             training: improvement,
             held_out: Some(improvement),
             freedom: 2,
-            parameters: &parameters,
-            amplitudes: &strengths.map(|(name, ..)| name.to_owned()),
+            parameters,
+            amplitudes,
             explained: 1e4,
             systematic: 1e4,
             held_out_share: Some(1.0),
@@ -385,12 +413,36 @@ mod tests {
     }
 
     #[test]
+    fn an_only_strength_need_not_be_well_known_where_its_shape_is() {
+        let passes = |stiffness: (f64, f64), distance: (f64, f64)| {
+            let parameter = |name: &str, (value, stderr): (f64, f64)| {
+                (name.to_owned(), value, stderr, f64::NEG_INFINITY, f64::INFINITY)
+            };
+            let parameters = [parameter("stiffness", stiffness), parameter("distance", distance)];
+            is_determined(&parameters, &["stiffness".to_owned()])
+        };
+        assert!(passes((6.6e3, 2.4e3), (0.0171, 9e-5)), "touched shortly");
+        assert!(!passes((6.6e3, 2.4e3), (0.0171, 9e-3)), "nor is it known where");
+        assert!(!passes((6.6e3, 4.0e3), (0.0171, 9e-5)), "hardly more than nothing");
+    }
+
+    #[test]
     fn every_strength_is_determined_and_of_two_directions_the_better_known_one() {
         assert!(determined([("force_forward", 0.052, 0.014), ("force_backward", 0.195, 0.014)]));
         assert!(determined([("force_forward", 0.195, 0.014), ("force_backward", 0.0, 0.014)]));
         assert!(!determined([("force_forward", 0.052, 0.014), ("force_backward", 0.195, 0.06)]));
         assert!(!determined([("force", 0.052, 0.014), ("static_force", 0.195, 0.014)]));
         assert!(determined([("force", 0.058, 0.014), ("static_force", 0.195, 0.014)]));
+    }
+
+    #[test]
+    fn a_cable_that_pushes_is_none() {
+        let passes = |id: &str, stiffness: f64| {
+            pulls_back(&Physics::new(id, "base").with("stiffness", stiffness)).map(|gate| gate.passed)
+        };
+        assert_eq!(passes("cable_spring", 40.0), Some(true));
+        assert_eq!(passes("cable_spring", -40.0), Some(false));
+        assert_eq!(passes("cubic_stiffness", -40.0), None, "a spring may soften");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 mod by_innovations;
 mod from_drawing;
 pub(crate) mod gates;
+mod hidden_laws;
 mod judgement;
 mod nested;
 #[cfg(test)]

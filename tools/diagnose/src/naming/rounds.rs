@@ -5,7 +5,9 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, NOTICEABLE, Trialled, gates, improvement};
+use super::gates::{
+    Closer, DOUBT, FOR_ANOTHER, Improvement, NOTICEABLE, Trialled, gates, improvement, pulls_back,
+};
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
@@ -85,7 +87,7 @@ const HOPEFUL: f64 = 0.5;
 /// Candidates fitted per round: these many at least and at most, the most promising first, ...
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
 /// ... as long as they take away at least this share of what the best takes.
-const CONTENDS: f64 = 0.5;
+pub(super) const CONTENDS: f64 = 0.5;
 /// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
@@ -155,6 +157,9 @@ impl Search<'_> {
             let (_, around) = self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
             tried.retain(|known| around.iter().all(|tried| tried.candidate != known.candidate));
             tried.extend(around);
+        }
+        if place.is_none() {
+            tried.extend(self.hidden_laws(base, &screened, &tried));
         }
         (screened, tried)
     }
@@ -446,7 +451,8 @@ impl Search<'_> {
             closer,
         };
         let unrivalled = trialled.is_unrivalled(own_share);
-        let gates = gates(&trialled, self.options);
+        let mut gates = gates(&trialled, self.options);
+        gates.extend(law.and_then(pulls_back));
         Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
     }
 }

@@ -7,8 +7,8 @@
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
 //! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one, of a law with one strength and known shapes by less |
 //! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
-//! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | pulls back | does a cable pull towards where it was laid, and not push away from it |
+//! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at one and a half times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains: is the held-out gain beyond doubt |
 //! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and all that is left foreign |

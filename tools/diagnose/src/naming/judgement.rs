@@ -72,13 +72,46 @@ impl Search<'_> {
             }
         }
         let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
-        let open: Vec<Member> =
-            self.left_open(&selection.chosen).into_iter().filter(|member| !known(member)).collect();
+        let open = self.left_open(&selection.chosen).into_iter().filter(|member| !known(member));
+        // What the recordings are said to show has to pass its gates; what they only leave open cannot.
+        let contends = |member: &Member| {
+            !self.is_likelier(&selection.chosen, member) || self.passes(member, &selection, refitted)
+        };
+        let open: Vec<Member> = open.filter(contends).collect();
         selection.rivals.extend(open);
         if !self.is_over() {
             self.put_simplest_first(&mut selection, refitted);
+            self.put_richest_first(&mut selection, refitted);
         }
         selection
+    }
+
+    fn passes(&self, member: &Member, selection: &Selection, refitted: &Fitted) -> bool {
+        let cut_short = !selection.left_out.is_empty();
+        self.judge_laws(member, refitted, cut_short, &selection.screened).0.iter().all(Tried::passes)
+    }
+
+    /// Of sets that contain the chosen one and are beyond doubt better now that they are fitted to the end, the best is the finding.
+    fn put_richest_first(&self, selection: &mut Selection, refitted: &Fitted) {
+        let chosen = &selection.chosen;
+        let richer = selection.rivals.iter().enumerate().filter(|(_, rival)| {
+            rival.fitted.free.len() > chosen.fitted.free.len() && self.is_beyond_doubt(chosen, rival)
+        });
+        let best = richer
+            .min_by(|a, b| a.1.fitted.sum_of_squares.total_cmp(&b.1.fitted.sum_of_squares))
+            .map(|(place, _)| place);
+        let Some(best) = best else { return };
+        let (judged, _) = self.judge_laws(
+            &selection.rivals[best],
+            refitted,
+            !selection.left_out.is_empty(),
+            &selection.screened,
+        );
+        if judged.iter().all(Tried::passes) {
+            // The simpler one is told from it, and no tie.
+            selection.chosen = selection.rivals.swap_remove(best);
+            selection.judged = judged;
+        }
     }
 
     /// Of sets that cannot be told apart the one with the fewest parameters is the finding, where its laws pass their gates too.
@@ -266,15 +299,18 @@ impl Search<'_> {
                 continue;
             }
             let chosen = &selection.chosen;
-            // A law that contains the chosen one always does as well, and is no rival for it.
+            // A law that contains the chosen one always does as well, and for that alone is no rival for it.
             let ids = |member: &Member| {
                 member.laws.iter().map(|law| self.candidates[*law].law.id()).collect::<Vec<&str>>()
             };
             let (theirs, ours) = (ids(&other.member), ids(chosen));
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
-            let contends = (other.passes() && as_simple) || self.is_better_in_training(&other, chosen);
-            if contends && let Some(member) = self.finished_if_close(other.member.clone(), chosen) {
+            let known_to_be_better = self.is_better_in_training(&other, chosen);
+            if (other.passes() || known_to_be_better)
+                && let Some(member) = self.finished_if_close(other.member.clone(), chosen)
+                && (as_simple || known_to_be_better || self.is_open_beside(chosen, &member))
+            {
                 selection.rivals.push(member);
             }
             selection.tried.retain(|known| known.candidate != other.candidate);

@@ -6,7 +6,7 @@ use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::contains;
 use super::rounds::{Place, Tried};
 use super::screening::{Screened, own_share};
-use super::selection::{Search, Selection};
+use super::selection::{Search, Selection, as_set};
 use super::sets::Member;
 use crate::adequacy::{Rest, is_loud};
 use crate::fit::Fitted;
@@ -71,7 +71,9 @@ impl Search<'_> {
                 break;
             }
         }
-        let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
+        let known = |member: &Member| {
+            selection.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(&member.laws))
+        };
         let open = self.left_open(&selection.chosen).into_iter().filter(|member| !known(member));
         // What the recordings are said to show has to pass its gates; what they only leave open cannot.
         let contends = |member: &Member| {
@@ -258,7 +260,9 @@ impl Search<'_> {
                 && self.better_by(&other.member, &selection.chosen) < FAR_BEHIND * self.options.separation
         });
         let suspected: Vec<Member> = others.map(|other| other.member.clone()).collect();
-        let known = |member: &Member| selection.rivals.iter().any(|rival| rival.laws == member.laws);
+        let known = |member: &Member| {
+            selection.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(&member.laws))
+        };
         let suspected: Vec<Member> = suspected.into_iter().filter(|member| !known(member)).collect();
         selection.rivals.extend(suspected);
     }

@@ -333,4 +333,27 @@ mod tests {
         let steady = Physics::new("constant_force", "mass").with("force", 0.4);
         assert_eq!(taken_for(truth, &steady, 1e-5).0, "asymmetric_friction");
     }
+
+    #[test]
+    fn friction_far_from_even_that_fits_as_well_is_open_beside_even_friction() {
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![dry(1.0)];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-2);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let fitted = |law: &Physics| {
+                let index = search.candidates.iter().position(|c| c.law.id() == law.id).unwrap();
+                let amplitudes = search.candidates[index].amplitude_names();
+                let begun = search.extended(&refitted, index, law, 1, &amplitudes, Others::Searched).unwrap();
+                search.member(vec![index], begun).unwrap()
+            };
+            let even = search.finished(fitted(&dry(0.9)));
+            let uneven = |forward: f64, backward: f64| {
+                let law = Physics::new("asymmetric_friction", "mass");
+                fitted(&law.with("force_forward", forward).with("force_backward", backward))
+            };
+            let (apart, alike) = (uneven(1.5, 0.5), uneven(1.0, 1.0));
+            assert!(search.is_open_beside(&even, &apart));
+            assert!(!search.is_open_beside(&even, &alike));
+        });
+    }
 }

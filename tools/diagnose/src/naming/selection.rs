@@ -221,7 +221,7 @@ impl Search<'_> {
 }
 
 /// The laws in whatever order they were added.
-fn as_set(laws: &[usize]) -> Vec<usize> {
+pub(super) fn as_set(laws: &[usize]) -> Vec<usize> {
     let mut set = laws.to_vec();
     set.sort_unstable();
     set

@@ -93,7 +93,8 @@ impl Search<'_> {
         self.judge_laws(member, refitted, cut_short, &selection.screened).0.iter().all(Tried::passes)
     }
 
-    /// Of sets that contain the chosen one and are beyond doubt better now that they are fitted to the end, the best is the finding.
+    /// Of rivals with more parameters that are beyond doubt better now that they are fitted to the end, the best is the finding, where its
+    /// laws pass their gates.
     fn put_richest_first(&self, selection: &mut Selection, refitted: &Fitted) {
         let chosen = &selection.chosen;
         let richer = selection.rivals.iter().enumerate().filter(|(_, rival)| {

@@ -70,39 +70,28 @@ impl Search<'_> {
     /// The refit to the training recordings that one linear machine explains; `None` where the refit to all of them explains each as well.
     fn of_the_linear_recordings(&self, refitted: &Member) -> Option<Member> {
         let all = self.study.stack(Role::Train).until(self.patience);
-        if all.records.len() < 2 {
-            return None;
-        }
-        let numbers: Vec<usize> = (0..all.records.len()).collect();
-        let alone: Vec<(usize, Fitted)> = numbers
-            .par_iter()
-            .filter_map(|&number| Some((number, self.refit_to(&all, &[number])?)))
-            .collect();
-        let mean_squares = |number: usize, fit: &RecordFit| {
-            dot(&fit.residuals, &fit.residuals) / part(&all, &[number]).present().max(1) as f64
-        };
-        let own: Vec<(usize, f64)> = alone
+        let alone: Vec<Option<Fitted>> =
+            (0..all.records.len()).into_par_iter().map(|number| self.refit_to(&all, &[number])).collect();
+        // Mean squares that each recording's own refit leaves of it.
+        let own: Vec<f64> = alone
             .iter()
-            .map(|(number, fitted)| (*number, mean_squares(*number, &fitted.records[0])))
+            .map(|fitted| fitted.as_ref().map_or(f64::INFINITY, |fitted| mean_square(&fitted.records[0])))
             .collect();
-        let (best, least) = own.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1))?;
-        if mean_squares(best, &refitted.fitted.records[best]) < SPOILT * least {
+        let best = (0..own.len()).min_by(|&a, &b| own[a].total_cmp(&own[b]))?;
+        if mean_square(&refitted.fitted.records[best]) < SPOILT * own[best] {
             return None;
         }
-        let mut fitted = alone.into_iter().find(|(number, _)| *number == best)?.1;
+        let mut fitted = alone.into_iter().nth(best)??;
         let mut chosen = vec![best];
-        for (number, its_own) in own.iter().copied().filter(|(number, _)| *number != best) {
+        for number in (0..own.len()).filter(|&number| number != best && own[number].is_finite()) {
             let more = [&chosen[..], &[number]].concat();
             let Some(joint) = self.refit_to(&all, &more) else { continue };
-            let explains = more.iter().zip(&joint.records).all(|(&number, fit)| {
-                let limit = own.iter().find(|(other, _)| *other == number).map_or(its_own, |(_, left)| *left);
-                mean_squares(number, fit) < TOGETHER * limit
-            });
-            if explains {
+            let mut explained = more.iter().zip(&joint.records);
+            if explained.all(|(&number, fit)| mean_square(fit) < TOGETHER * own[number]) {
                 (fitted, chosen) = (joint, more);
             }
         }
-        if chosen.len() == all.records.len() {
+        if chosen.len() == own.len() {
             return None;
         }
         let records = all.evaluate(&fitted.hypothesis, &[])?;
@@ -115,6 +104,10 @@ impl Search<'_> {
         let given = Hypothesis::given(self.given);
         refit(&part(all, numbers), &given, &free_parameters(&given)).ok().map(|(fitted, _)| fitted)
     }
+}
+
+fn mean_square(fit: &RecordFit) -> f64 {
+    dot(&fit.residuals, &fit.residuals) / fit.residuals.len().max(1) as f64
 }
 
 /// Some of the recordings of a stack.

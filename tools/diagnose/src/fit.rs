@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, Slopes, minimise_to};
+use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
 use crate::parameters::FreeParameter;
@@ -167,10 +167,6 @@ impl LeastSquares for Problem<'_, '_> {
     fn at(&self, search: &[f64]) -> Option<Point> {
         let left = |left: usize| left.checked_sub(1);
         self.budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).ok()?;
-        self.at_corrected(search)
-    }
-
-    fn at_corrected(&self, search: &[f64]) -> Option<Point> {
         let moved = self.moved(search)?;
         let records = self.stack.evaluate_at(&moved, &self.near)?;
         let mut residuals: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
@@ -184,14 +180,10 @@ impl LeastSquares for Problem<'_, '_> {
         &point.residuals
     }
 
-    fn slopes(&self, search: &[f64], point: &Point) -> Slopes {
+    fn curvature(&self, search: &[f64], point: &Point) -> (DMatrix<f64>, DVector<f64>) {
         if self.stack.is_spent() {
             // No direction leads anywhere: the search ends here.
-            return Slopes {
-                curvature: DMatrix::zeros(search.len(), search.len()),
-                gradient: DVector::zeros(search.len()),
-                columns: None,
-            };
+            return (DMatrix::zeros(search.len(), search.len()), DVector::zeros(search.len()));
         }
         let mut columns = self.jacobian_mostly_kept(search, point);
         if let Some(absorbing) = self.absorbing {
@@ -200,8 +192,7 @@ impl LeastSquares for Problem<'_, '_> {
             });
         }
         let gradient = columns.iter().map(|column| dot(column, &point.residuals));
-        let gradient = DVector::from_iterator(columns.len(), gradient);
-        Slopes { curvature: gram(&columns), gradient, columns: Some(columns) }
+        (gram(&columns), DVector::from_iterator(columns.len(), gradient))
     }
 }
 

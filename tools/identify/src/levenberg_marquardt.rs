@@ -3,16 +3,11 @@
 //! Marquardt's scaling (damping in units of the curvature of each parameter), Nielsen's update of the
 //! damping, steps projected into the box, and parameters that press against a bound left out of the step.
 //! K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, section 3.2.
-//!
-//! A straight step along a narrow valley that bends ends on its flank, is refused, and is made so short that the search creeps. Such a
-//! step is tried once more with what the residuals bent by on the way taken back: the geodesic acceleration of M. K. Transtrum,
-//! J. P. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*, 2012 (arXiv 1201.5885),
-//! equation 18, its second derivative taken over the whole step instead of a tenth of it, which costs no evaluation of its own.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use crate::tall::{add_scaled, dot};
+use crate::tall::dot;
 
 /// One parameter of a fit, in the coordinates of the search (logarithms for positive quantities).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,17 +22,6 @@ pub struct Parameter {
     pub max_step: f64,
 }
 
-/// The quadratic model of a sum of squares around one point, J being the derivatives of the residuals r with respect to the parameters.
-#[derive(Debug, Clone)]
-pub struct Slopes {
-    /// J'J; all zeros end the search.
-    pub curvature: DMatrix<f64>,
-    /// J'r.
-    pub gradient: DVector<f64>,
-    /// J, one column per parameter, where the problem has it at hand: steps along a valley that bends are corrected then.
-    pub columns: Option<Vec<Vec<f64>>>,
-}
-
 /// A sum of squares to be made small.
 pub trait LeastSquares {
     /// What evaluating the residuals leaves behind for the Jacobian.
@@ -46,16 +30,11 @@ pub trait LeastSquares {
     /// Evaluates the residuals; `None` where the model cannot be evaluated.
     fn at(&self, parameters: &[f64]) -> Option<Self::Point>;
 
-    /// The same for a step that is tried once more, where a problem counts its steps.
-    fn at_corrected(&self, parameters: &[f64]) -> Option<Self::Point> {
-        self.at(parameters)
-    }
-
     /// The residuals of an evaluated point.
     fn residuals<'p>(&self, point: &'p Self::Point) -> &'p [f64];
 
-    /// The quadratic model of the sum of squares around a point.
-    fn slopes(&self, parameters: &[f64], point: &Self::Point) -> Slopes;
+    /// J'J and J'r, J being the derivatives of the residuals r with respect to the parameters.
+    fn curvature(&self, parameters: &[f64], point: &Self::Point) -> (DMatrix<f64>, DVector<f64>);
 }
 
 /// Why the search ended.
@@ -104,11 +83,6 @@ const STEP_TOLERANCE: f64 = 1e-12;
 /// is a step of three hundredths of a standard error.
 const REDUCTION_TOLERANCE: f64 = 1e-8;
 const LARGEST_DAMPING: f64 = 1e14;
-/// A step that gains less than this share of what the quadratic model promises has left a valley that bends.
-const BENT: f64 = 0.5;
-/// What takes a step back to its valley may be no longer than this share of it (Transtrum and Sethna, equation 15): longer ones come
-/// from residuals that do more than bend.
-const LONGEST_CORRECTION: f64 = 0.75;
 
 /// Searches for a minimum from the parameters' starts.
 ///
@@ -137,7 +111,8 @@ pub fn minimise_to<L: LeastSquares>(
         if parameters.is_empty() {
             break StopReason::GradientSmall;
         }
-        let local = problem.slopes(&at, &point);
+        let (curvature, gradient) = problem.curvature(&at, &point);
+        let local = Local { curvature, gradient };
         let free = local.free_parameters(&at, parameters);
         if local.is_stationary(&free, sum) {
             break StopReason::GradientSmall;
@@ -156,41 +131,20 @@ pub fn minimise_to<L: LeastSquares>(
                 growth *= 2.0;
                 continue;
             };
-            let moved = |by: &DVector<f64>| -> Vec<f64> {
-                at.iter()
-                    .zip(by.iter())
-                    .zip(parameters)
-                    .map(|((value, by), p)| clamp(value + by, p))
-                    .collect()
-            };
-            let mut trial = moved(&step);
+            let trial: Vec<f64> = at
+                .iter()
+                .zip(step.iter())
+                .zip(parameters)
+                .map(|((value, step), p)| clamp(value + step, p))
+                .collect();
             let taken = DVector::from_iterator(at.len(), trial.iter().zip(&at).map(|(t, a)| t - a));
             if taken.amax() < STEP_TOLERANCE {
                 break 'search StopReason::StepSmall;
             }
             let predicted = local.predicted_reduction(&taken);
-            let sum_at = |evaluated: &Option<L::Point>| {
-                evaluated.as_ref().map_or(f64::INFINITY, |point| square_sum(problem.residuals(point)))
-            };
-            let mut evaluated = problem.at(&trial);
-            let mut trial_sum = sum_at(&evaluated);
-            if sum - trial_sum < BENT * predicted
-                && let Some(off) = &evaluated
-                && let Some(back) = local.correction(
-                    &free,
-                    damping,
-                    &taken,
-                    problem.residuals(&point),
-                    problem.residuals(off),
-                )
-            {
-                let corrected = moved(&(&taken + back));
-                let there = problem.at_corrected(&corrected);
-                let corrected_sum = sum_at(&there);
-                if corrected_sum < trial_sum {
-                    (trial, evaluated, trial_sum) = (corrected, there, corrected_sum);
-                }
-            }
+            let evaluated = problem.at(&trial);
+            let trial_sum =
+                evaluated.as_ref().map_or(f64::INFINITY, |point| square_sum(problem.residuals(point)));
             let gain = (sum - trial_sum) / predicted;
             match evaluated {
                 Some(evaluated) if predicted > 0.0 && gain > 1e-4 => {
@@ -216,7 +170,15 @@ pub fn minimise_to<L: LeastSquares>(
     Some(Minimum { parameters: at, point, sum_of_squares: sum, stop_reason, steps })
 }
 
-impl Slopes {
+/// The quadratic model of the sum of squares around one point.
+struct Local {
+    /// J'J.
+    curvature: DMatrix<f64>,
+    /// J'r.
+    gradient: DVector<f64>,
+}
+
+impl Local {
     /// Indices of the parameters that are not held at a bound by the downhill direction.
     fn free_parameters(&self, at: &[f64], parameters: &[Parameter]) -> Vec<usize> {
         let blocked = |index: usize, p: &Parameter, value: f64| {
@@ -239,36 +201,6 @@ impl Slopes {
 
     /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps.
     fn step(&self, free: &[usize], damping: f64, parameters: &[Parameter]) -> Option<DVector<f64>> {
-        let step = self.solved(free, damping, &-&self.gradient)?;
-        let shares = step.iter().zip(parameters).map(|(step, p)| step.abs() / p.max_step);
-        let longest = shares.fold(1.0_f64, f64::max);
-        step.iter().all(|value| value.is_finite()).then(|| step / longest)
-    }
-
-    /// What takes a step that ended beside the valley back into it: the damped step against what the residuals did beyond a straight
-    /// line. `None` where that is no small part of the step.
-    fn correction(
-        &self,
-        free: &[usize],
-        damping: f64,
-        taken: &DVector<f64>,
-        before: &[f64],
-        after: &[f64],
-    ) -> Option<DVector<f64>> {
-        let columns = self.columns.as_ref()?;
-        let mut bent: Vec<f64> = after.iter().zip(before).map(|(after, before)| after - before).collect();
-        columns.iter().zip(taken.iter()).for_each(|(column, step)| add_scaled(&mut bent, -step, column));
-        let against = columns.iter().map(|column| -dot(column, &bent));
-        let against = DVector::from_iterator(columns.len(), against);
-        let back = self.solved(free, damping, &against)?;
-        let length = |step: &DVector<f64>| -> f64 {
-            free.iter().map(|&i| self.curvature[(i, i)] * step[i] * step[i]).sum::<f64>().sqrt()
-        };
-        (length(&back) < LONGEST_CORRECTION * length(taken)).then_some(back)
-    }
-
-    /// The solution of the damped system over the free parameters, zero for the others.
-    fn solved(&self, free: &[usize], damping: f64, right: &DVector<f64>) -> Option<DVector<f64>> {
         // Scaled to unit diagonal, so that damping and rounding treat all parameters alike.
         let scale: Vec<f64> = free.iter().map(|&i| self.curvature[(i, i)].sqrt()).collect();
         let mut system = DMatrix::from_fn(free.len(), free.len(), |i, j| {
@@ -277,13 +209,15 @@ impl Slopes {
         for i in 0..free.len() {
             system[(i, i)] += damping;
         }
-        let scaled = DVector::from_fn(free.len(), |i, _| right[free[i]] / scale[i]);
-        let solution = system.cholesky()?.solve(&scaled);
-        let mut step = DVector::zeros(right.len());
+        let right = DVector::from_fn(free.len(), |i, _| -self.gradient[free[i]] / scale[i]);
+        let solution = system.cholesky()?.solve(&right);
+        let mut step = DVector::zeros(parameters.len());
+        let mut longest = 1.0_f64;
         for (i, &index) in free.iter().enumerate() {
             step[index] = solution[i] / scale[i];
+            longest = longest.max(step[index].abs() / parameters[index].max_step);
         }
-        Some(step)
+        step.iter().all(|value| value.is_finite()).then(|| step / longest)
     }
 
     /// How much the quadratic model says a step lowers the sum of squares.
@@ -299,41 +233,23 @@ fn square_sum(residuals: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::Cell;
-
     use super::*;
 
-    /// Rosenbrock's valley as a sum of squares, so many times as narrow as his.
-    struct Valley {
-        narrow: f64,
-        /// Whether steps may be corrected.
-        corrected: bool,
-        evaluations: Cell<usize>,
-    }
+    /// Rosenbrock's valley as a sum of squares.
+    struct Valley;
 
     impl LeastSquares for Valley {
         type Point = Vec<f64>;
         fn at(&self, x: &[f64]) -> Option<Vec<f64>> {
-            self.evaluations.set(self.evaluations.get() + 1);
-            Some(vec![10.0 * self.narrow * (x[1] - x[0] * x[0]), 1.0 - x[0]])
+            Some(vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
         }
         fn residuals<'p>(&self, point: &'p Vec<f64>) -> &'p [f64] {
             point
         }
-        fn slopes(&self, x: &[f64], r: &Vec<f64>) -> Slopes {
-            let jacobian = nalgebra::dmatrix![-20.0 * self.narrow * x[0], 10.0 * self.narrow; -1.0, 0.0];
-            let columns: Vec<Vec<f64>> =
-                jacobian.column_iter().map(|column| column.iter().copied().collect()).collect();
-            Slopes {
-                curvature: jacobian.tr_mul(&jacobian),
-                gradient: jacobian.tr_mul(&DVector::from_column_slice(r)),
-                columns: self.corrected.then_some(columns),
-            }
+        fn curvature(&self, x: &[f64], r: &Vec<f64>) -> (DMatrix<f64>, DVector<f64>) {
+            let jacobian = nalgebra::dmatrix![-20.0 * x[0], 10.0; -1.0, 0.0];
+            (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&DVector::from_column_slice(r)))
         }
-    }
-
-    fn valley(narrow: f64, corrected: bool) -> Valley {
-        Valley { narrow, corrected, evaluations: Cell::new(0) }
     }
 
     fn parameter(start: f64, lower: f64, upper: f64) -> Parameter {
@@ -343,29 +259,16 @@ mod tests {
     #[test]
     fn the_bottom_of_a_curved_valley_is_found() {
         let free = [parameter(-1.2, -5.0, 5.0), parameter(1.0, -5.0, 5.0)];
-        let minimum = minimise(&valley(1.0, true), &free).unwrap();
+        let minimum = minimise(&Valley, &free).unwrap();
         assert!((minimum.parameters[0] - 1.0).abs() < 1e-8, "{minimum:?}");
         assert!((minimum.parameters[1] - 1.0).abs() < 1e-8, "{minimum:?}");
         assert!(minimum.stop_reason.converged());
     }
 
     #[test]
-    fn corrected_steps_get_along_a_valley_in_which_straight_ones_creep() {
-        let free = [parameter(-1.2, -5.0, 5.0), parameter(1.0, -5.0, 5.0)];
-        let ended = |corrected: bool| {
-            let valley = valley(30.0, corrected);
-            let minimum = minimise(&valley, &free).unwrap();
-            (minimum.sum_of_squares, valley.evaluations.get())
-        };
-        let ((left, evaluations), (left_straight, straight)) = (ended(true), ended(false));
-        assert!(left < 1e-12 && left_straight > 1e-3, "{left:e} and {left_straight:e}");
-        assert!(evaluations < 2 * straight, "{evaluations} and {straight}");
-    }
-
-    #[test]
     fn a_bound_across_the_valley_is_met_and_kept() {
         let boxed = [parameter(-1.2, -5.0, 0.5), parameter(1.0, -5.0, 5.0)];
-        let minimum = minimise(&valley(1.0, true), &boxed).unwrap();
+        let minimum = minimise(&Valley, &boxed).unwrap();
         assert!((minimum.parameters[0] - 0.5).abs() < 1e-9, "{minimum:?}");
         assert!((minimum.parameters[1] - 0.25).abs() < 1e-7, "{minimum:?}");
         assert!(minimum.stop_reason.converged());
@@ -374,7 +277,7 @@ mod tests {
     #[test]
     fn a_start_outside_the_box_is_moved_inside() {
         let boxed = [parameter(9.0, -2.0, 2.0), parameter(9.0, -2.0, 2.0)];
-        let minimum = minimise(&valley(1.0, true), &boxed).unwrap();
+        let minimum = minimise(&Valley, &boxed).unwrap();
         assert!((minimum.parameters[0] - 1.0).abs() < 1e-7, "{minimum:?}");
     }
 }

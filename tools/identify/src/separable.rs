@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::column::Column;
-use crate::levenberg_marquardt::{LeastSquares, Minimum, Parameter, Slopes, minimise};
+use crate::levenberg_marquardt::{LeastSquares, Minimum, Parameter, minimise};
 use crate::robust_covariance::covariance;
 use crate::tall::{Orthonormal, gram};
 
@@ -128,7 +128,7 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
     }
 
     /// With Q the basis and T the tangents, J = -(T - Q Q'T): J'J = T'T - (Q'T)'(Q'T), and since Q'r = 0, J'r = -T'r.
-    fn slopes(&self, parameters: &[f64], point: &Projected) -> Slopes {
+    fn curvature(&self, parameters: &[f64], point: &Projected) -> (DMatrix<f64>, DVector<f64>) {
         let tangents = self.tangents(parameters, point);
         let inside: Vec<Vec<f64>> = tangents.iter().map(|tangent| point.basis.components(tangent)).collect();
         let gradient = tangents.iter().map(|tangent| -tangent.dot_dense(&point.residuals));
@@ -140,7 +140,7 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
             }
             curvature[(i, i)] = curvature[(i, i)].max(0.0);
         }
-        Slopes { curvature, gradient, columns: None }
+        (curvature, gradient)
     }
 }
 

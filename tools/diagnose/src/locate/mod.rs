@@ -2,7 +2,7 @@
 
 mod amplitude;
 mod bands;
-pub(crate) mod latent_force;
+mod latent_force;
 mod link;
 mod orders;
 mod phase;

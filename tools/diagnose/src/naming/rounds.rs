@@ -34,13 +34,13 @@ pub(crate) struct Place {
 
 /// What laws on top of a set are compared with.
 #[derive(Clone, Copy)]
-pub(super) struct Beside<'b> {
+struct Beside<'b> {
     /// They are judged against it: the same set of laws, perhaps fitted otherwise.
-    pub(super) rival: &'b Member,
+    rival: &'b Member,
     /// Where their fits are begun too.
-    pub(super) drawing: Option<&'b Member>,
+    drawing: Option<&'b Member>,
     /// The place that is to be taken, if only such laws are looked for.
-    pub(super) place: Option<Place>,
+    place: Option<Place>,
 }
 
 /// A candidate that was fitted on top of a set.
@@ -160,13 +160,12 @@ impl Search<'_> {
         }
         if place.is_none() {
             tried.extend(self.hidden_laws(base, &screened, &tried));
-            tried = self.tried_around_other_refits(base, tried);
         }
         (screened, tried)
     }
 
     /// Fits laws on top of `base`.
-    pub(super) fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
+    fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
         let place = beside.place;
         let is_given_up = || !base.laws.is_empty() && self.is_over();
         let stack = self.study.stack(Role::Train);
@@ -454,12 +453,7 @@ impl Search<'_> {
         let unrivalled = trialled.is_unrivalled(own_share);
         let mut gates = gates(&trialled, self.options);
         gates.extend(law.and_then(pulls_back));
-        let mut tried = Tried { member, candidate, training, held_out, gates, parameters, unrivalled };
-        if let Some(known) = self.known_from_below(&tried, own) {
-            tried.gates.retain(|gate| gate.name != known.name);
-            tried.gates.push(known);
-        }
-        tried
+        Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
     }
 }
 

@@ -6,7 +6,7 @@ use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
 use super::nested::contains;
 use super::rounds::{Place, Tried};
 use super::screening::{Screened, own_share};
-use super::selection::{Search, Selection, as_set};
+use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::adequacy::{Rest, is_loud};
 use crate::fit::Fitted;
@@ -71,13 +71,12 @@ impl Search<'_> {
                 break;
             }
         }
-        let known = |member: &Member| {
-            selection.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(&member.laws))
-        };
-        let open = self.left_open(&selection.chosen).into_iter().filter(|member| !known(member));
+        let open = self.left_open(&selection.chosen).into_iter();
+        let open = open.filter(|member| !selection.has_rival(&member.laws));
         // What the recordings are said to show has to pass its gates; what they only leave open cannot.
         let contends = |member: &Member| {
-            !self.is_likelier(&selection.chosen, member) || self.passes(member, &selection, refitted)
+            !self.is_likelier(&selection.chosen, member)
+                || self.judged_passing(member, &selection, refitted).is_some()
         };
         let open: Vec<Member> = open.filter(contends).collect();
         selection.rivals.extend(open);
@@ -88,9 +87,16 @@ impl Search<'_> {
         selection
     }
 
-    fn passes(&self, member: &Member, selection: &Selection, refitted: &Fitted) -> bool {
+    /// The judgement of every law of a set, where all of them pass.
+    fn judged_passing(
+        &self,
+        member: &Member,
+        selection: &Selection,
+        refitted: &Fitted,
+    ) -> Option<Vec<Tried>> {
         let cut_short = !selection.left_out.is_empty();
-        self.judge_laws(member, refitted, cut_short, &selection.screened).0.iter().all(Tried::passes)
+        let (judged, _) = self.judge_laws(member, refitted, cut_short, &selection.screened);
+        judged.iter().all(Tried::passes).then_some(judged)
     }
 
     /// Of rivals with more parameters that are beyond doubt better now that they are fitted to the end, the best is the finding, where its
@@ -104,13 +110,7 @@ impl Search<'_> {
             .min_by(|a, b| a.1.fitted.sum_of_squares.total_cmp(&b.1.fitted.sum_of_squares))
             .map(|(place, _)| place);
         let Some(best) = best else { return };
-        let (judged, _) = self.judge_laws(
-            &selection.rivals[best],
-            refitted,
-            !selection.left_out.is_empty(),
-            &selection.screened,
-        );
-        if judged.iter().all(Tried::passes) {
+        if let Some(judged) = self.judged_passing(&selection.rivals[best], selection, refitted) {
             // The simpler one is told from it, and no tie.
             selection.chosen = selection.rivals.swap_remove(best);
             selection.judged = judged;
@@ -122,11 +122,8 @@ impl Search<'_> {
         let size = |member: &Member| member.fitted.free.len();
         let sizes: Vec<usize> = selection.rivals.iter().map(size).collect();
         let Some(simplest) = simplest_below(size(&selection.chosen), &sizes) else { return };
-        let rival = &mut selection.rivals[simplest];
-        let (judged, _) =
-            self.judge_laws(rival, refitted, !selection.left_out.is_empty(), &selection.screened);
-        if judged.iter().all(Tried::passes) {
-            std::mem::swap(rival, &mut selection.chosen);
+        if let Some(judged) = self.judged_passing(&selection.rivals[simplest], selection, refitted) {
+            std::mem::swap(&mut selection.rivals[simplest], &mut selection.chosen);
             selection.judged = judged;
         }
     }
@@ -260,11 +257,8 @@ impl Search<'_> {
                 && other.member.laws.len() == chosen.len()
                 && self.better_by(&other.member, &selection.chosen) < FAR_BEHIND * self.options.separation
         });
-        let suspected: Vec<Member> = others.map(|other| other.member.clone()).collect();
-        let known = |member: &Member| {
-            selection.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(&member.laws))
-        };
-        let suspected: Vec<Member> = suspected.into_iter().filter(|member| !known(member)).collect();
+        let suspected = others.filter(|other| !selection.has_rival(&other.member.laws));
+        let suspected: Vec<Member> = suspected.map(|other| other.member.clone()).collect();
         selection.rivals.extend(suspected);
     }
 

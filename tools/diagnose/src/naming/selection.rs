@@ -40,6 +40,13 @@ pub(crate) struct Selection {
     pub(crate) left_out: Vec<&'static str>,
 }
 
+impl Selection {
+    /// Whether a set of these laws, in whatever order they were added, is a rival already.
+    pub(super) fn has_rival(&self, laws: &[usize]) -> bool {
+        self.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(laws))
+    }
+}
+
 /// The search.
 pub(crate) struct Search<'s> {
     pub(crate) study: &'s mut Study,
@@ -221,7 +228,7 @@ impl Search<'_> {
 }
 
 /// The laws in whatever order they were added.
-pub(super) fn as_set(laws: &[usize]) -> Vec<usize> {
+fn as_set(laws: &[usize]) -> Vec<usize> {
     let mut set = laws.to_vec();
     set.sort_unstable();
     set
@@ -232,7 +239,25 @@ const LACKING: usize = 2;
 
 #[cfg(test)]
 mod tests {
-    use super::as_set;
+    use super::*;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    #[test]
+    fn a_rival_is_known_in_whatever_order_its_laws_were_added() {
+        let noisy = |amplitudes: &[f64]| noisy_runs(&machine(), amplitudes, 1e-5);
+        searched(&noisy(&[3.0]), &noisy(&[5.0]), |_, refitted| {
+            let selection = Selection {
+                chosen: refitted.clone(),
+                screened: Vec::new(),
+                tried: Vec::new(),
+                rivals: vec![Member { laws: vec![2, 5], ..refitted }],
+                judged: Vec::new(),
+                left_out: Vec::new(),
+            };
+            assert!(selection.has_rival(&[2, 5]) && selection.has_rival(&[5, 2]));
+            assert!(!selection.has_rival(&[2]) && !selection.has_rival(&[2, 7]));
+        });
+    }
 
     #[test]
     fn the_same_laws_in_another_order_are_the_same_set() {

@@ -5,7 +5,7 @@
 //! | training | is the law's improvement of the training recordings more than chance, whatever the noise's colour |
 //! | held out | does it improve recordings it was not fitted to, and make none of them worse |
 //! | bounds | is no parameter pressed against a bound, in particular the amplitude against zero |
-//! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one, of a law with one strength and known shapes by less |
+//! | determined | are the strengths larger than their standard errors; of friction that differs by direction the better known one, of a law with one strength and known shapes by less, or a tenth of it does worse |
 //! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
 //! | pulls back | does a cable pull towards where it was laid, and not push away from it |
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
@@ -257,15 +257,8 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop that is touched
         // shortly is certain without being known well: how far away it is is clear, how hard it pushes back is not.
         // A hysteresis of unknown strength and unknown yield is dry friction, and not named on top.
-        let mut shapes = trialled.parameters.iter().filter(|(name, ..)| !trialled.amplitudes.contains(name));
-        let is_clear = |(_, value, stderr, ..): &(String, f64, f64, f64, f64)| {
-            value.abs() > options.training_gate * stderr
-        };
-        let needed = if strengths().count() == 1 && shapes.all(is_clear) {
-            ONLY_STRENGTH
-        } else {
-            options.training_gate
-        };
+        let is_only = only_strength(trialled.parameters, trialled.amplitudes, options).is_some();
+        let needed = if is_only { ONLY_STRENGTH } else { options.training_gate };
         let passed = t > needed;
         gates.push(gate(DETERMINED, passed, format!("{name} is {t:.1} standard errors from zero")));
     }
@@ -330,6 +323,21 @@ pub(crate) fn pulls_back(law: &Physics) -> Option<Gate> {
     let stiffness = (law.id == "cable_spring").then(|| law.parameters.get("stiffness"))??;
     let detail = format!("stiffness of {stiffness:.3e}");
     Some(Gate { name: "pulls back".to_owned(), passed: *stiffness > 0.0, detail })
+}
+
+/// Name of a law's strength where it has one and its shapes are clear: rows are name, value, standard error and bounds.
+pub(super) fn only_strength<'p>(
+    parameters: &'p [(String, f64, f64, f64, f64)],
+    amplitudes: &[String],
+    options: &Options,
+) -> Option<&'p str> {
+    let (strengths, mut shapes): (Vec<_>, Vec<_>) =
+        parameters.iter().partition(|(name, ..)| amplitudes.contains(name));
+    shapes.retain(|(_, value, stderr, ..)| value.abs() <= options.training_gate * stderr);
+    match strengths[..] {
+        [(name, ..)] if shapes.is_empty() => Some(name),
+        _ => None,
+    }
 }
 
 /// The same strength in the other direction; `None` for what has none.

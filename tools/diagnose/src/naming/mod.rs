@@ -5,6 +5,7 @@ mod from_drawing;
 pub(crate) mod gates;
 mod hidden_laws;
 mod judgement;
+mod known_from_below;
 mod nested;
 #[cfg(test)]
 mod on_a_spring;

@@ -453,7 +453,12 @@ impl Search<'_> {
         let unrivalled = trialled.is_unrivalled(own_share);
         let mut gates = gates(&trialled, self.options);
         gates.extend(law.and_then(pulls_back));
-        Tried { member, candidate, training, held_out, gates, parameters, unrivalled }
+        let mut tried = Tried { member, candidate, training, held_out, gates, parameters, unrivalled };
+        if let Some(known) = self.known_from_below(&tried, own) {
+            tried.gates.retain(|gate| gate.name != known.name);
+            tried.gates.push(known);
+        }
+        tried
     }
 }
 

@@ -11,8 +11,8 @@ use stillbeam_plant::{Hold, Motion, Physics, StateSpace, force_along};
 
 use super::smoother::{ForcedError, Readings};
 use crate::noise::NoiseFloor;
-use crate::record::Record;
-use crate::simulation::Hypothesis;
+use crate::record::{OutputSignal, Record};
+use crate::simulation::{Hypothesis, simulate, state_count};
 use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study};
 
@@ -90,12 +90,13 @@ pub(crate) fn forces_of_laws(
 }
 
 /// Displacement, velocity and force at one moment.
-type Moment = [f64; 3];
+pub(crate) type Moment = [f64; 3];
 
 /// The force of laws along the moments of a record.
 type LawForces<'l> = dyn Fn(&[Moment], &Record) -> Option<Vec<f64>> + 'l;
 
-fn law_forces(
+/// The force of laws at a place along the moments of a record.
+pub(crate) fn law_forces(
     model: &Hypothesis,
     laws: &[Physics],
     moments: &[Moment],
@@ -118,10 +119,49 @@ fn law_forces(
     Some(sum)
 }
 
-/// The stamps that are smoothed: those of the first output.
+/// The stamps that are smoothed: evenly spaced as those of the first output are, also where samples of it are missing.
 fn samples_of(record: &Record) -> Option<Vec<usize>> {
-    Some(record.outputs.first()?.at.iter().copied().take(MOST_SAMPLES).collect())
+    Some(evenly(&record.outputs.first()?.at))
 }
+
+/// The places from the first to the last of these, so far apart as most of them are.
+fn evenly(at: &[usize]) -> Vec<usize> {
+    let mut apart: Vec<usize> = at.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    apart.sort_unstable();
+    let stride = apart.get(apart.len() / 2).copied().unwrap_or(1).max(1);
+    let (Some(first), Some(last)) = (at.first(), at.last()) else { return Vec::new() };
+    (*first..=*last).step_by(stride).take(MOST_SAMPLES).collect()
+}
+
+/// The motion at a place, and the force there that would explain how recordings depart from a linear model that was at rest when each
+/// began; one per training recording. `None` where one has no such beginning.
+///
+/// Unlike a fit's residuals these departures have no initial state and no offset fitted to them: a force that changes the motion beyond
+/// recognition would be taken for those.
+pub(crate) fn motions_from_rest(
+    study: &Study,
+    linear: &Hypothesis,
+    floors: &[Option<NoiseFloor>],
+    point: usize,
+) -> Option<Vec<Vec<Moment>>> {
+    let space = StateSpace::new(&linear.model).ok()?;
+    let from_rest = |record: &Record| {
+        record.input.as_ref()?;
+        let simulated = simulate(linear, record, &vec![0.0; state_count(linear)?])?;
+        let departures = record.outputs.iter().zip(&simulated).map(|(output, simulated)| {
+            let departure: Vec<f64> = output.samples.iter().zip(simulated).map(|(m, s)| m - s).collect();
+            let first = &departure[..departure.len().min(FIRST_SAMPLES)];
+            let zero = first.iter().sum::<f64>() / first.len().max(1) as f64;
+            departure.into_iter().map(|value| value - zero).collect()
+        });
+        let departures: Vec<Vec<f64>> = departures.collect();
+        Some(smoothed(study, &space, record, (&[], &departures), floors, point)?.0)
+    };
+    study.train.iter().map(from_rest).collect()
+}
+
+/// Readings from which a sensor's zero is taken where the machine is at rest to begin with.
+const FIRST_SAMPLES: usize = 8;
 
 fn surface(
     study: &Study,
@@ -135,7 +175,8 @@ fn surface(
     let mut law_courses: Vec<Vec<f64>> = Vec::new();
     let mut gain = 0.0;
     for (record, fit) in study.train.iter().zip(&on_all.train) {
-        let (found, better) = smoothed(study, space, record, fit, floors, point)?;
+        let departures = residuals_of(study, record, fit);
+        let (found, better) = smoothed(study, space, record, (&fit.initial, &departures), floors, point)?;
         law_courses.extend(laws.and_then(|forces| forces(&found, record)));
         moments.push(found);
         gain += better;
@@ -151,11 +192,22 @@ fn surface(
     })
 }
 
+/// What a fit leaves over, output by output, in the outputs' units.
+fn residuals_of(study: &Study, record: &Record, fit: &RecordFit) -> Vec<Vec<f64>> {
+    let mut start = 0;
+    let of_output = |output: &OutputSignal| {
+        let range = start..start + output.at.len();
+        start = range.end;
+        study.weighting(output.index).undone(&fit.residuals[range])
+    };
+    record.outputs.iter().map(of_output).collect()
+}
+
 fn smoothed(
     study: &Study,
     space: &StateSpace,
     record: &Record,
-    fit: &RecordFit,
+    (initial, departures): (&[f64], &[Vec<f64>]),
     floors: &[Option<NoiseFloor>],
     point: usize,
 ) -> Option<(Vec<Moment>, f64)> {
@@ -164,14 +216,11 @@ fn smoothed(
     let mut rows: Vec<DVector<f64>> = Vec::new();
     let mut noises = Vec::new();
     let mut series: Vec<Vec<f64>> = Vec::new();
-    let mut start = 0;
-    for output in &record.outputs {
-        let range = start..start + output.at.len();
-        start = range.end;
+    for (output, departures) in record.outputs.iter().zip(departures) {
         let mut values = vec![f64::NAN; at.len()];
-        for (k, value) in output.at.iter().zip(study.weighting(output.index).undone(&fit.residuals[range])) {
+        for (k, value) in output.at.iter().zip(departures) {
             if let Ok(place) = at.binary_search(k) {
-                values[place] = value;
+                values[place] = *value;
             }
         }
         rows.push(DVector::from_row_slice(&space.outputs()[output.index].row.state));
@@ -190,7 +239,7 @@ fn smoothed(
     let best = error.run(&readings, Some(prior));
     let none = error.run(&readings, None).log_likelihood;
     let states = best.smooth(&readings);
-    let motion = motion(space, record, fit, point, &at)?;
+    let motion = motion(space, record, initial, point, &at)?;
     let described = &space.points()[point];
     let moments = states
         .iter()
@@ -208,7 +257,7 @@ fn smoothed(
 fn motion(
     space: &StateSpace,
     record: &Record,
-    fit: &RecordFit,
+    initial: &[f64],
     point: usize,
     at: &[usize],
 ) -> Option<Vec<[f64; 2]>> {
@@ -218,7 +267,7 @@ fn motion(
     let mut start = space.rest_at(first);
     let names = space.points().iter().filter(|point| point.is_coordinate).map(|point| point.name.clone());
     let rest = space.rest_at(0.0);
-    for (name, pair) in names.zip(fit.initial.chunks_exact(2)) {
+    for (name, pair) in names.zip(initial.chunks_exact(2)) {
         let given = std::iter::once((name, (pair[0], pair[1]))).collect();
         let moved = space.state_from(&given, 0.0).ok()?;
         for ((state, moved), rest) in start.iter_mut().zip(moved).zip(&rest) {
@@ -298,4 +347,16 @@ fn bin(moments: &[Vec<Moment>], law: Option<&[Vec<f64>]>) -> Option<ForceSurface
         static_share: if power > 0.0 { (1.0 - rest / power).clamp(0.0, 1.0) } else { 0.0 },
         log_likelihood_gain: 0.0,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::evenly;
+
+    #[test]
+    fn a_missing_sample_leaves_the_others_as_far_apart_as_they_are() {
+        assert_eq!(evenly(&[0, 3, 6, 12, 15]), [0, 3, 6, 9, 12, 15]);
+        assert_eq!(evenly(&[2, 3, 4, 6, 7]), [2, 3, 4, 5, 6, 7]);
+        assert!(evenly(&[]).is_empty());
+    }
 }

@@ -2,7 +2,7 @@
 
 mod amplitude;
 mod bands;
-mod latent_force;
+pub(crate) mod latent_force;
 mod link;
 mod orders;
 mod phase;

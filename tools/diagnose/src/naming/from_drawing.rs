@@ -41,7 +41,7 @@ impl Search<'_> {
     }
 
     /// The model as given, its parameters as free as the refit's.
-    fn drawing(&self, refitted: &Member) -> Option<Member> {
+    pub(super) fn drawing(&self, refitted: &Member) -> Option<Member> {
         let fitted = &refitted.fitted;
         let values: Vec<f64> = fitted.free.iter().map(|parameter| parameter.given).collect();
         let hypothesis = fitted.hypothesis.with_values(&fitted.free, &values)?;

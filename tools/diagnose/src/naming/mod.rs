@@ -1,6 +1,7 @@
 //! Naming: which laws of the catalogue the recordings demand.
 
 mod by_innovations;
+mod by_latent_force;
 mod from_drawing;
 pub(crate) mod gates;
 mod hidden_laws;
@@ -9,6 +10,7 @@ mod known_from_below;
 mod nested;
 #[cfg(test)]
 mod on_a_spring;
+mod other_refits;
 mod other_valleys;
 pub(crate) mod rounds;
 pub(crate) mod same_force;

@@ -34,13 +34,13 @@ pub(crate) struct Place {
 
 /// What laws on top of a set are compared with.
 #[derive(Clone, Copy)]
-struct Beside<'b> {
+pub(super) struct Beside<'b> {
     /// They are judged against it: the same set of laws, perhaps fitted otherwise.
-    rival: &'b Member,
+    pub(super) rival: &'b Member,
     /// Where their fits are begun too.
-    drawing: Option<&'b Member>,
+    pub(super) drawing: Option<&'b Member>,
     /// The place that is to be taken, if only such laws are looked for.
-    place: Option<Place>,
+    pub(super) place: Option<Place>,
 }
 
 /// A candidate that was fitted on top of a set.
@@ -160,12 +160,13 @@ impl Search<'_> {
         }
         if place.is_none() {
             tried.extend(self.hidden_laws(base, &screened, &tried));
+            tried = self.tried_around_other_refits(base, tried);
         }
         (screened, tried)
     }
 
     /// Fits laws on top of `base`.
-    fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
+    pub(super) fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
         let place = beside.place;
         let is_given_up = || !base.laws.is_empty() && self.is_over();
         let stack = self.study.stack(Role::Train);

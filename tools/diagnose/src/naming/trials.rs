@@ -245,7 +245,7 @@ fn trials(
             [0.3, 1.0, 3.0].iter().map(|share| shaped("stiffness", f / z, &[("beta", share / z)])).collect()
         }
         "backlash" => amplitude("gap", 0.02 * z),
-        "end_stop" => [0.9, 0.7, 0.5]
+        "end_stop" => [0.95, 0.9, 0.8, 0.7, 0.6, 0.5]
             .iter()
             .map(|share| shaped("stiffness", f / z, &[("distance", share * at.reach)]))
             .collect(),
@@ -300,6 +300,9 @@ fn trials(
 /// So many times the motion away a cable's rest is another force than a spring's.
 const FAR: f64 = 1e3;
 
+/// A stop is looked for up to this many times as far as the model goes without it.
+const BEYOND_REACH: f64 = 2.0;
+
 /// A sensor's limit is looked for up to this many times its largest reading.
 const ABOVE_READINGS: f64 = 1.5;
 
@@ -322,7 +325,8 @@ fn ranges(
     let [_, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
     match id {
         "cogging" | "force_ripple" => vec![("period", 0.05 * at.reach, at.travel)],
-        "end_stop" => vec![("distance", 0.1 * at.reach, at.reach)],
+        // How far a model without the stop goes is a guess of how far it is.
+        "end_stop" => vec![("distance", 0.1 * at.reach, BEYOND_REACH * at.reach)],
         "bilinear_stiffness" => vec![("contact", -0.95 * at.reach, 0.95 * at.reach)],
         "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],
         "stribeck_friction" => vec![("velocity", 1e-3 * at.velocity, 3.0 * at.velocity)],

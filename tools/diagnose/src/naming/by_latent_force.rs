@@ -1,0 +1,150 @@
+//! Laws begun from the force that would explain the rest.
+//!
+//! The screen simulates a law's effect on the outputs. Where a law changes the motion beyond recognition, an effect that is a little off
+//! in place or size has nothing to do with what is left: after the first bounce off a stop every further one comes at another moment.
+//! The force itself has not: a smoother of the refitted model says what force at a place would explain the recordings, and along the
+//! smoothed motion each law's force is a function of that motion. The best values of that regression are biased, by the noise in the
+//! motion and the smoother's own bandwidth; they begin a fit by simulation, which decides.
+
+use rayon::prelude::*;
+use stillbeam_identify::tall::dot;
+use stillbeam_plant::{Physics, StateSpace};
+use stillbeam_recording::Role;
+
+use super::rounds::Tried;
+use super::selection::Search;
+use super::sets::Member;
+use super::trials::{Candidate, Trial};
+use crate::fit::{Effort, Others};
+use crate::locate::latent_force::{Moment, law_forces, motions_from_rest};
+
+/// A law's force has at least this share of the power of the force that is asked for at its place.
+const ALIKE: f64 = 0.5;
+/// Laws that are fitted, the most alike first.
+const FITTED: usize = 3;
+/// Distances of a stop that are tried: shares of the farthest that the place was.
+const STOPS: [f64; 16] =
+    [0.998, 0.995, 0.99, 0.98, 0.96, 0.94, 0.92, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4];
+
+/// A law's likeness to the force that is asked for.
+struct Alike {
+    candidate: usize,
+    physics: Physics,
+    share: f64,
+}
+
+impl Search<'_> {
+    /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`.
+    pub(super) fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
+        let mut alike = self.laws_alike(around);
+        alike.sort_by(|a, b| b.share.total_cmp(&a.share));
+        alike.truncate(FITTED);
+        let number = 1 + self.given_laws;
+        let fitted = |law: &Alike| {
+            let amplitudes = self.candidates[law.candidate].amplitude_names();
+            let begun =
+                self.extended(around, law.candidate, &law.physics, number, &amplitudes, Others::Searched)?;
+            let fitted = self.fitted_on(&begun, Effort::BENT).unwrap_or(begun);
+            Some(self.judged_on(refitted, self.member(vec![law.candidate], fitted)?, law.candidate))
+        };
+        let tried: Vec<Tried> = alike.par_iter().filter_map(fitted).collect();
+        tried.into_iter().filter(|tried| tried.training.t() > self.options.training_gate).collect()
+    }
+
+    fn laws_alike(&self, around: &Member) -> Vec<Alike> {
+        let Ok(space) = StateSpace::new(&around.fitted.hypothesis.model) else { return Vec::new() };
+        // The noise around this refit: beside another one that explains no recording it would be far too large, and the force smooth.
+        let floors = self.study.floors(&around.on_all());
+        let of_point = |point: usize| -> Vec<Alike> {
+            let name = &space.points()[point].name;
+            let here = (0..self.candidates.len()).filter(|&index| self.candidates[index].location == *name);
+            let here: Vec<usize> = here.collect();
+            if here.is_empty() || self.is_over() {
+                return Vec::new();
+            }
+            let linear = &around.fitted.hypothesis;
+            let Some(moments) = motions_from_rest(self.study, linear, &floors, point) else {
+                return Vec::new();
+            };
+            here.into_iter().filter_map(|index| self.most_alike(around, index, &moments, point)).collect()
+        };
+        (0..space.points().len()).into_par_iter().flat_map_iter(of_point).collect()
+    }
+
+    /// The trial of a law whose force is most like the one that is asked for, at the size that makes it so.
+    fn most_alike(
+        &self,
+        around: &Member,
+        index: usize,
+        moments: &[Vec<Moment>],
+        point: usize,
+    ) -> Option<Alike> {
+        let candidate = &self.candidates[index];
+        let stack = self.study.stack(Role::Train);
+        let wanted: Vec<f64> = moments.iter().flatten().map(|moment| moment[2]).collect();
+        let power = dot(&wanted, &wanted);
+        let compared = |trial: &Trial| {
+            let law = candidate.physics(trial, 1.0);
+            let mut force = Vec::with_capacity(wanted.len());
+            for (moments, record) in moments.iter().zip(&stack.records) {
+                let laws = std::slice::from_ref(&law);
+                force.extend(law_forces(&around.fitted.hypothesis, laws, moments, record, point)?);
+            }
+            let along = dot(&force, &wanted);
+            let factor = along / dot(&force, &force);
+            let share = factor * along / power;
+            let is_possible = factor > 0.0 || candidate.is_signed(trial);
+            let physics = candidate.physics(trial, factor);
+            (share > ALIKE && is_possible).then_some(Alike { candidate: index, physics, share })
+        };
+        let trials = trials_along(candidate, moments);
+        trials.iter().filter_map(compared).max_by(|a, b| a.share.total_cmp(&b.share))
+    }
+}
+
+/// The trials of a law along a motion that is known: stops are looked for where it went.
+fn trials_along(candidate: &Candidate, moments: &[Vec<Moment>]) -> Vec<Trial> {
+    let reach = moments.iter().flatten().fold(0.0_f64, |reach, moment| reach.max(moment[0].abs()));
+    let Some(stop) = candidate.trials.first().filter(|_| candidate.law.id() == "end_stop") else {
+        return candidate.trials.clone();
+    };
+    let at = |share: f64| Trial { shapes: vec![("distance", share * reach)], ..stop.clone() };
+    STOPS.map(at).to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    #[test]
+    fn a_stop_that_is_bounced_off_is_known_by_its_force_and_fitted_from_there() {
+        let stiffness = 3e3;
+        let mut truth = machine();
+        let stop = Physics::new("end_stop", "mass").with("distance", 0.06).with("stiffness", stiffness);
+        truth.setup_mut().physics = vec![stop];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[1.0, 9.0]), &noisy(&[7.0]), |search, refitted| {
+            // The screen looks around the drawing here, which is the truth but for the stop.
+            let drawing = search.drawing(&refitted).unwrap();
+            let tried = search.tried_by_latent_force(&drawing, &refitted);
+            let stop = tried.iter().find(|tried| search.candidates[tried.candidate].law.id() == "end_stop");
+            let stop = stop.expect("it looks like the force that is asked for");
+            let (_, value, stderr, ..) = &stop.parameters[1];
+            assert!(stop.passes(), "{:?}", stop.gates);
+            assert!(
+                (value - stiffness).abs() < 4.0 * stderr && *stderr < 0.05 * stiffness,
+                "{value} ± {stderr}"
+            );
+        });
+    }
+
+    #[test]
+    fn no_law_looks_like_the_force_that_is_asked_for_where_nothing_is_missing() {
+        let noisy = |amplitudes: &[f64]| noisy_runs(&machine(), amplitudes, 1e-5);
+        searched(&noisy(&[1.0, 9.0]), &noisy(&[7.0]), |search, refitted| {
+            assert!(search.laws_alike(&refitted).is_empty());
+        });
+    }
+}

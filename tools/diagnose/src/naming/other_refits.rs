@@ -1,0 +1,202 @@
+//! Refits around which the first law is looked for when little came of looking around the refit.
+//!
+//! The screen looks around a fitted model. Two ways in which the refit of everything to all recordings is no good place for that, and what is
+//! fitted instead:
+//!
+//! - It has made up for the law with another machine: a beam whose frequencies rise with the amplitude became one of another taper, around
+//!   which the cubic spring does nothing. *Within the drawing* no parameter leaves the range in which its given value can be wrong; what the
+//!   law does then stays visible.
+//! - One recording shows the law so strongly that no parameters explain any recording any more: a base that hits its stop in one run of
+//!   three ends metres from where a linear one would. *Of the linear recordings* is the refit to those that one linear machine
+//!   explains, as somebody would who identifies at small amplitudes and then looks at the large ones.
+//!
+//! What is found there has to pass its gates against the refit to everything all the same.
+
+use rayon::prelude::*;
+use stillbeam_identify::tall::dot;
+use stillbeam_recording::Role;
+
+use super::rounds::{Beside, Tried};
+use super::selection::Search;
+use super::sets::Member;
+use crate::adequacy::Rest;
+use crate::fit::Fitted;
+use crate::parameters::free_parameters;
+use crate::refit::{refit, refit_within_drawing};
+use crate::simulation::Hypothesis;
+use crate::stacking::{RecordFit, Stack};
+
+/// Recordings that a refit of their own explains so many times better, in mean squares, have been spoilt by the others.
+const SPOILT: f64 = 4.0;
+/// Recordings are explained by one linear machine when together they leave no more than this many times what each leaves alone.
+const TOGETHER: f64 = 2.0;
+
+impl Search<'_> {
+    /// What was tried around the refit, and what is better around others, where nothing that was tried will do.
+    pub(super) fn tried_around_other_refits(&self, refitted: &Member, mut tried: Vec<Tried>) -> Vec<Tried> {
+        for other in [Self::within_the_drawing, Self::of_the_linear_recordings] {
+            if self.is_over() || self.is_explained(&tried) {
+                break;
+            }
+            let Some(other) = other(self, refitted) else { continue };
+            let beside = Beside { rival: refitted, drawing: None, place: None };
+            let (_, around) = self.tried_around(&other, beside);
+            take_better(&mut tried, around);
+            if !self.is_explained(&tried) {
+                take_better(&mut tried, self.tried_by_latent_force(&other, refitted));
+            }
+        }
+        tried
+    }
+
+    /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
+    /// it, which is looked for in the next round.
+    fn is_explained(&self, tried: &[Tried]) -> bool {
+        let settles =
+            |member: &Member| self.rest(member) != Rest::Structured || !self.moved_far(&member.fitted);
+        tried.iter().any(|tried| tried.passes() && settles(&tried.member))
+    }
+
+    /// The refit that stays where the drawing can be wrong, where the refit of everything did not.
+    fn within_the_drawing(&self, refitted: &Member) -> Option<Member> {
+        if !self.moved_far(&refitted.fitted) {
+            return None;
+        }
+        let stack = self.study.stack(Role::Train).until(self.patience);
+        let within = refit_within_drawing(&stack, &Hypothesis::given(self.given))?;
+        self.member(Vec::new(), within)
+    }
+
+    /// The refit to the training recordings that one linear machine explains; `None` where the refit to all of them explains each as well.
+    fn of_the_linear_recordings(&self, refitted: &Member) -> Option<Member> {
+        let all = self.study.stack(Role::Train).until(self.patience);
+        let alone: Vec<Option<Fitted>> =
+            (0..all.records.len()).into_par_iter().map(|number| self.refit_to(&all, &[number])).collect();
+        // Mean squares that each recording's own refit leaves of it.
+        let own: Vec<f64> = alone
+            .iter()
+            .map(|fitted| fitted.as_ref().map_or(f64::INFINITY, |fitted| mean_square(&fitted.records[0])))
+            .collect();
+        let best = (0..own.len()).min_by(|&a, &b| own[a].total_cmp(&own[b]))?;
+        if mean_square(&refitted.fitted.records[best]) < SPOILT * own[best] {
+            return None;
+        }
+        let mut fitted = alone.into_iter().nth(best)??;
+        let mut chosen = vec![best];
+        for number in (0..own.len()).filter(|&number| number != best && own[number].is_finite()) {
+            let more = [&chosen[..], &[number]].concat();
+            let Some(joint) = self.refit_to(&all, &more) else { continue };
+            let mut explained = more.iter().zip(&joint.records);
+            if explained.all(|(&number, fit)| mean_square(fit) < TOGETHER * own[number]) {
+                (fitted, chosen) = (joint, more);
+            }
+        }
+        if chosen.len() == own.len() {
+            return None;
+        }
+        let records = all.evaluate(&fitted.hypothesis, &[])?;
+        let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+        self.member(Vec::new(), Fitted { records, sum_of_squares, ..fitted })
+    }
+
+    /// The model refitted to some of the recordings.
+    fn refit_to(&self, all: &Stack<'_>, numbers: &[usize]) -> Option<Fitted> {
+        let given = Hypothesis::given(self.given);
+        refit(&part(all, numbers), &given, &free_parameters(&given)).ok().map(|(fitted, _)| fitted)
+    }
+}
+
+fn mean_square(fit: &RecordFit) -> f64 {
+    dot(&fit.residuals, &fit.residuals) / fit.residuals.len().max(1) as f64
+}
+
+/// Some of the recordings of a stack.
+fn part<'r>(all: &Stack<'r>, numbers: &[usize]) -> Stack<'r> {
+    Stack {
+        records: numbers.iter().map(|&number| all.records[number]).collect(),
+        weights: numbers.iter().map(|&number| all.weights[number].clone()).collect(),
+        patience: all.patience,
+    }
+}
+
+/// Takes over what is better of what was found, law by law.
+fn take_better(tried: &mut Vec<Tried>, around: Vec<Tried>) {
+    for found in around {
+        let known = tried.iter().position(|tried| tried.candidate == found.candidate);
+        match known.map(|place| &mut tried[place]) {
+            Some(known) if is_better(&found, known) => *known = found,
+            Some(_) => {}
+            None => tried.push(found),
+        }
+    }
+}
+
+/// Whether a law does better, the gates first.
+fn is_better(found: &Tried, known: &Tried) -> bool {
+    let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+    match (found.passes(), known.passes()) {
+        (true, false) => true,
+        (false, true) => false,
+        _ => left(found) < left(known),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::{Model, Physics};
+
+    use super::*;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    const NOISE_M: f64 = 1e-5;
+
+    /// The machine 3 % softer than given, with laws.
+    fn softer(laws: Vec<Physics>) -> Model {
+        let mut truth = machine();
+        truth.set_parameter("spring.mass-ground.stiffness", 291.0).unwrap();
+        truth.setup_mut().physics = laws;
+        truth
+    }
+
+    #[test]
+    fn a_run_that_hits_a_stop_is_left_out_of_the_refit_to_the_linear_ones() {
+        let stop = Physics::new("end_stop", "mass").with("distance", 0.06).with("stiffness", 3e4);
+        let refit_of_linear = |laws: Vec<Physics>| {
+            let truth = softer(laws);
+            let train = noisy_runs(&truth, &[1.0, 9.0, 1.5], NOISE_M);
+            searched(&train, &noisy_runs(&truth, &[8.0], NOISE_M), |search, refitted| {
+                let stiffness = |member: &Member| {
+                    member.fitted.hypothesis.model.parameter("spring.mass-ground.stiffness").unwrap()
+                };
+                (stiffness(&refitted), search.of_the_linear_recordings(&refitted).as_ref().map(stiffness))
+            })
+        };
+        let (of_all, of_linear) = refit_of_linear(vec![stop]);
+        assert!((of_all - 291.0).abs() > 5.0, "all runs: {of_all} N/m");
+        let of_linear = of_linear.expect("two runs do not touch the stop");
+        assert!((of_linear - 291.0).abs() < 0.5, "{of_linear} N/m");
+        assert_eq!(refit_of_linear(Vec::new()).1, None, "nothing is missing");
+    }
+
+    #[test]
+    fn a_refit_within_the_drawing_stays_there_and_is_made_where_the_other_did_not() {
+        let within = |damping: f64| {
+            let mut truth = softer(Vec::new());
+            truth.set_parameter("damper.mass-ground.damping", damping).unwrap();
+            let train = noisy_runs(&truth, &[1.0, 2.0], NOISE_M);
+            searched(&train, &noisy_runs(&truth, &[1.5], NOISE_M), |search, refitted| {
+                let damping = |member: Member| {
+                    assert!(
+                        member.fitted.free.iter().all(|free| free.upper > 3.0 * free.given),
+                        "free again"
+                    );
+                    member.fitted.hypothesis.model.parameter("damper.mass-ground.damping").unwrap()
+                };
+                search.within_the_drawing(&refitted).map(damping)
+            })
+        };
+        let bound = within(9.0).expect("three times the damping is another damper");
+        assert!((bound - 6.0).abs() < 1e-6, "damping is known to a factor of two: {bound} N s/m");
+        assert_eq!(within(4.0), None, "the refit did not go that far");
+    }
+}

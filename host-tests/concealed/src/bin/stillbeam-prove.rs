@@ -23,7 +23,7 @@ const USAGE: &str =
   --cases N         how many cases (300)
   --seed S          seed of the cases (1)
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
-  --limit SECONDS   processor time that the tool has per case, one thread (70)
+  --limit SECONDS   processor time that the tool has per case, one thread (140)
   --jobs N          cases at a time (2)
   --kind KIND,...   only the cases of these kinds (visible, absorbed, buried, masked, null, decoy, outside); no page then
   --resume          keep the scores that are there
@@ -55,7 +55,7 @@ fn bench() -> Result<(), String> {
         seed: 1,
         cases: 300,
         jobs: 2,
-        limit_s: 70.0,
+        limit_s: 140.0,
         resume: false,
         minutes: None,
         kinds: Concealment::ALL.to_vec(),

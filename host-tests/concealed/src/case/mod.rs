@@ -7,6 +7,7 @@ pub mod files;
 pub mod maker;
 pub mod menu;
 pub mod model_text;
+mod tell_tale;
 
 use serde::{Deserialize, Serialize};
 

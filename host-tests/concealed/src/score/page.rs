@@ -143,7 +143,7 @@ fn marks(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     rows(text, "kind", kinds.collect())?;
     text.push_str(
         "\nVisible: a linear refit leaves at least three times the noise. Absorbed: a refit of any single recording hides at least 70 % of the effect. Buried: a refit of all leaves \
-         between half and twice the noise. Masked: a second effect, an unknown disturbance, or no base encoder. Null: nothing missing. Decoy: only parameters wrong, \
+         between half and twice the noise. Masked: a second effect, an unknown disturbance, or the tell-tale channel not recorded (no base encoder). Null: nothing missing. Decoy: only parameters wrong, \
          up to 6 % in Young's modulus and 24 % in damping. Outside: a law in no catalogue. \"Unexplained\" is right for the last and honest elsewhere.\n\n## By law\n\n",
     );
     rows(text, "law", by_law(scores).into_iter().collect())

@@ -3,7 +3,7 @@
 mod truth;
 
 use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
-use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_plant::{BASE_POSITION, Input, Model, Physics, SETPOINT, simulate};
 use stillbeam_recording::Recording;
 use truth::{Bench, SHORT_RUNS};
 
@@ -83,17 +83,44 @@ fn a_search_without_time_says_so_and_is_certain_of_nothing() {
     }
 }
 
+/// What the base followed is known as a setpoint in place of the motion that came of it.
+fn told_the_setpoint(found: &Model, recordings: &mut [Recording]) -> Model {
+    let mut model = found.clone();
+    if let Model::BeamOnBase(beam) = &mut model {
+        beam.input = Some(Input::new(SETPOINT));
+    }
+    for column in recordings.iter_mut().flat_map(|recording| &mut recording.columns) {
+        if column.name == BASE_POSITION {
+            SETPOINT.clone_into(&mut column.name);
+        }
+    }
+    model
+}
+
 /// Seen at the tip alone, a late sensor and a late drive are the same.
 #[test]
 fn what_cannot_be_told_apart_is_a_tie_with_a_run_that_would_help() {
     let law = Physics::new("delay", "sensor").with("delay", 0.002);
-    let found = run(Bench::MovedBase, &[law], &Options::default(), 5);
+    let mut all = Bench::MovedBase.short_recordings(&[law], 0.0, 5);
+    let model = told_the_setpoint(&Bench::MovedBase.wrong_model(), &mut all);
+    let found = diagnose(&model, &all[..2], &all[2..], &Options::default(), &mut |_| {}).unwrap();
+    says_one_thing(&found);
     assert_eq!(found.verdict, Verdict::Ambiguous, "{}", found.sentence);
     let tied: Vec<&String> = found.ties.iter().flat_map(|tie| &tie.candidates).flatten().collect();
     for name in ["delay at sensor", "dead_time at drive"] {
         assert!(tied.iter().any(|tied| *tied == name), "{name} is not among {tied:?}");
     }
     assert!(found.next_experiment.is_some_and(|next| next.starts_with("sweep ")));
+}
+
+/// The chain is cut at every recorded signal: a drive before the recorded motion of the base is late for nobody behind it.
+#[test]
+fn behind_a_recorded_motion_no_law_of_the_drive_is_tried() {
+    let law = Physics::new("delay", "sensor").with("delay", 0.02);
+    let found = run(Bench::MovedBase, &[law], &Options::default(), 5);
+    assert_eq!(named(&found), ["delay at sensor"], "{:?}: {}", found.verdict, found.sentence);
+    assert!(found.candidates.iter().all(|row| row.location != "drive"));
+    assert!(found.ties.iter().flat_map(|tie| &tie.candidates).flatten().all(|name| !name.contains("drive")));
 }
 
 #[test]

@@ -137,8 +137,13 @@ pub(crate) fn all_candidates(
         .filter(|index| records.iter().any(|record| record.outputs.iter().any(|o| o.index == *index)))
         .collect();
     let mut found = Vec::new();
+    // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of any mismatch behind it.
+    let is_cut_behind_drive = hypothesis.model.input_is_behind_the_drive();
     for candidate in candidates(&hypothesis.model) {
         let Some(location) = locations.get(candidate.location) else { continue };
+        if is_cut_behind_drive && location == "drive" {
+            continue;
+        }
         if without.iter().any(|id| id == candidate.law.id()) {
             continue;
         }

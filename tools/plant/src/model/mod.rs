@@ -116,6 +116,11 @@ impl Model {
         }
     }
 
+    /// Whether the input is a motion behind the drive, as it was or as it is prescribed, and no setpoint: what the drive does is in it already.
+    pub fn input_is_behind_the_drive(&self) -> bool {
+        self.input_is_motion() && self.input().is_some_and(|input| input.column != SETPOINT)
+    }
+
     /// Controller, initial state, sensors and left-out physics.
     pub fn setup(&self) -> &Setup {
         match self {

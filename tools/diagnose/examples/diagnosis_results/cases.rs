@@ -60,7 +60,8 @@ macro_rules! case {
     };
 }
 
-/// Every law of the catalogue on the machine on which it shows; linear laws that a parameter of the beam absorbs apart.
+/// Every law of the catalogue on the machine on which it shows: linear laws where the model has no parameter, or none that may be refitted,
+/// that does what they do.
 pub fn cases() -> Vec<Case> {
     vec![
         case!(ForcedBase "coulomb_friction" at "base", s: "force" = 0.3 * s),
@@ -73,6 +74,7 @@ pub fn cases() -> Vec<Case> {
         case!(ForcedBase "hysteresis" at "base", s: "stiffness" = 30.0 * s, "beta" = 60.0),
         case!(ForcedBase "end_stop" at "base", s: "distance" = 0.12, "stiffness" = 300.0 * s),
         case!(ForcedBase "constant_force" at "base", s: "force" = 0.2 * s),
+        case!(FloatingBase "viscous_friction" at "base", s: "damping" = 0.2 * s),
         case!(MovedBase "backlash" at "base", s: "gap" = 5e-5 * s),
         case!(MovedBase "quadratic_drag" at "beam", s: "drag" = 0.02 * s),
         case!(MovedBase "cubic_stiffness" at "beam", s: "stiffness" = 40.0 * s),
@@ -81,6 +83,8 @@ pub fn cases() -> Vec<Case> {
         case!(MovedBase "bilinear_stiffness" at "beam", s: "stiffness" = 0.3 * s, "contact" = 0.005),
         case!(MovedBase "amplitude_damping" at "beam", s: "damping" = 20.0 * s),
         case!(MovedBase "extra_mode" at "beam", s: "frequency" = 4.3, "damping_ratio" = 0.02, "participation" = 0.1 * s),
+        case!(MeasuredBeam "tip_mass" at "beam", s: "mass" = 1e-3 * s),
+        case!(MeasuredBeam "clamp_compliance" at "beam", s: "compliance" = 1e-3 * s),
         case!(ForcedBase "servo_lag" at "drive", s: "time_constant" = 0.004 * s),
         case!(ForcedBase "dead_time" at "drive", s: "delay" = 0.004 * s),
         case!(ForcedBase "saturation" at "drive", s: "limit" = 8.0 / (1.0 + 0.5 * s)),

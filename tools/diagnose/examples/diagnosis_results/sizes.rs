@@ -122,7 +122,7 @@ impl Sensitivity {
         let unknowns = absorbing.remove_from(&mut vec![0.0; flat(&trained.clean, &noise_rms).len()]).len();
         let mut follows = vec![nothing; unknowns];
         for parameter in bench.model().parameters() {
-            if parameter.value == 0.0 || parameter.path == "beam.length_m" {
+            if parameter.value == 0.0 || parameter.fixed || parameter.path == "beam.length_m" {
                 continue;
             }
             let column = trained.slope(bench, &parameter.path, &noise_rms);
@@ -239,6 +239,16 @@ mod tests {
         let strength = sensitivity.strength(&case, 5.0).unwrap();
         let steps = (case.law)(strength).parameters["step"] / noise;
         assert!((1.5..4.0).contains(&steps), "{steps} standard deviations");
+    }
+
+    #[test]
+    fn a_measured_beam_has_nothing_that_absorbs_a_mass_at_its_tip() {
+        let mass = Physics::new("tip_mass", "beam").with("mass", 1e-4);
+        let hidden = |bench: Bench| {
+            Sensitivity::new(bench, &RESULT_RUNS[..2], &[], 45.0).effect(std::slice::from_ref(&mass)).1
+        };
+        let (drawn, measured) = (hidden(Bench::MovedBase), hidden(Bench::MeasuredBeam));
+        assert!(drawn > 0.99 && measured < 0.5, "{drawn} and {measured}");
     }
 
     #[test]

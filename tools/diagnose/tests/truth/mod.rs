@@ -56,6 +56,10 @@ pub enum Bench {
     MovedBase,
     /// A force of 4 N acts on the base, which rolls with some friction; base and tip are seen.
     ForcedBase,
+    /// The same on air bearings: neither the machine nor its model has friction in proportion to velocity.
+    FloatingBase,
+    /// As [`Bench::MovedBase`], but the beam was measured and weighed: its model is right about all but damping, and says so.
+    MeasuredBeam,
 }
 
 const BEAM: &str = r#"
@@ -74,39 +78,48 @@ const BEAM: &str = r#"
     viscous_N_s_m = 4.0
 "#;
 
+/// What a rule and a balance tell of the beam.
+const MEASURED: &str = r#"
+    [fixed]
+    "beam.length_m" = true
+    "beam.density_kg_m3" = true
+    "beam.young_Pa" = true
+    "beam.width_m" = true
+    "beam.thickness_m" = true
+"#;
+
 impl Bench {
+    fn is_forced(self) -> bool {
+        matches!(self, Self::ForcedBase | Self::FloatingBase)
+    }
+
     fn amplitude(self) -> f64 {
-        match self {
-            Self::MovedBase => 1e-3,
-            Self::ForcedBase => 4.0,
-        }
+        if self.is_forced() { 4.0 } else { 1e-3 }
     }
 
     /// Where sweeps begin: a force moves a free base the further the slower it is.
     fn lowest_hz(self) -> f64 {
-        match self {
-            Self::MovedBase => 0.1,
-            Self::ForcedBase => 0.5,
-        }
+        if self.is_forced() { 0.5 } else { 0.1 }
     }
 
     fn input(self) -> &'static str {
-        match self {
-            Self::MovedBase => "base_position_m",
-            Self::ForcedBase => "force_N",
-        }
+        if self.is_forced() { "force_N" } else { "base_position_m" }
     }
 
     /// The machine as it is, without left-out physics.
     pub fn model(self) -> Model {
-        let outputs = match self {
-            Self::MovedBase => "[[output]]\ncolumn = \"tip_deflection_m\"\n",
-            Self::ForcedBase => {
-                "[[output]]\ncolumn = \"tip_deflection_m\"\n[[output]]\ncolumn = \"base_position_m\"\n"
-            }
+        let outputs = if self.is_forced() {
+            "[[output]]\ncolumn = \"tip_deflection_m\"\n[[output]]\ncolumn = \"base_position_m\"\n"
+        } else {
+            "[[output]]\ncolumn = \"tip_deflection_m\"\n"
         };
-        let text = format!("{BEAM}\n[input]\ncolumn = \"{}\"\n{outputs}", self.input());
-        Model::from_toml("truth.toml", &text).unwrap()
+        let fixed = if self == Self::MeasuredBeam { MEASURED } else { "" };
+        let text = format!("{BEAM}\n[input]\ncolumn = \"{}\"\n{outputs}{fixed}", self.input());
+        let mut model = Model::from_toml("truth.toml", &text).unwrap();
+        if self == Self::FloatingBase {
+            model.set_parameter("base.viscous_N_s_m", 0.0).unwrap();
+        }
+        model
     }
 
     /// The machine as its drawings say: Young's modulus 4 %, damping 20 %, masses 3 % off.
@@ -119,8 +132,7 @@ impl Bench {
             ("base.mass_kg", 1.03),
             ("base.viscous_N_s_m", 0.9),
         ] {
-            let value = model.parameter(path).unwrap();
-            model.set_parameter(path, factor * value).unwrap();
+            misdraw(&mut model, path, factor);
         }
         model
     }
@@ -142,8 +154,7 @@ impl Bench {
             ("beam.thickness_m.2", 0.02),
         ] {
             let draw: f64 = StandardUniform.sample(&mut random);
-            let value = model.parameter(path).unwrap();
-            model.set_parameter(path, (1.0 + most * (2.0 * draw - 1.0)) * value).unwrap();
+            misdraw(&mut model, path, 1.0 + most * (2.0 * draw - 1.0));
         }
         model
     }
@@ -203,6 +214,14 @@ impl Bench {
     /// All five runs.
     pub fn recordings(self, laws: &[Physics], rho: f64, seed: u64) -> Vec<Recording> {
         (0..).zip(RUNS).map(|(number, run)| self.record(run, laws, rho, 10 * seed + number)).collect()
+    }
+}
+
+/// Multiplies a number of the model, unless it was measured: that is right.
+fn misdraw(model: &mut Model, path: &str, factor: f64) {
+    if !model.parameters().iter().any(|parameter| parameter.path == path && parameter.fixed) {
+        let value = model.parameter(path).unwrap();
+        model.set_parameter(path, factor * value).unwrap();
     }
 }
 

@@ -1,5 +1,7 @@
 //! Which physics is left out of which machine, growing with one number.
 
+use std::collections::BTreeMap;
+
 use stillbeam_plant::Physics;
 
 use crate::truth::Bench;
@@ -46,6 +48,66 @@ fn contained(id: &str, location: &str) -> &'static [fn(&Physics) -> Physics] {
         ],
         _ => &[],
     }
+}
+
+/// A clamp softer by this many rad/(N·m) lowers this beam's frequencies about as a kilogram at its tip does, as far as small ones go.
+const COMPLIANCE_PER_MASS: f64 = 6.7;
+
+/// Sets of laws that may record the same as this one, as strong as makes them the most alike.
+pub fn twins(bench: Bench, law: &Physics) -> Vec<Vec<Physics>> {
+    let value = |name: &str| law.parameters.get(name).copied().unwrap_or(0.0);
+    let other = |id: &str, name: &str, value: f64| {
+        Physics { id: id.to_owned(), parameters: BTreeMap::new(), ..law.clone() }.with(name, value)
+    };
+    match (law.id.as_str(), law.location.as_str()) {
+        // The mean over an exposure is late by half of it.
+        ("delay", "sensor") if value("delay") > 0.0 => {
+            vec![vec![other("exposure_blur", "exposure", 2.0 * value("delay"))]]
+        }
+        ("exposure_blur", "sensor") => vec![vec![other("delay", "delay", 0.5 * value("exposure"))]],
+        // A slow motion comes out of a lag late by its time constant.
+        ("dead_time", "drive") => {
+            let lag = vec![other("servo_lag", "time_constant", value("delay"))];
+            std::iter::once(lag).chain(all_late(bench, value("delay"))).collect()
+        }
+        ("servo_lag", "drive") => {
+            let dead = vec![other("dead_time", "delay", value("time_constant"))];
+            std::iter::once(dead).chain(all_late(bench, value("time_constant"))).collect()
+        }
+        ("tip_mass", "beam") => {
+            vec![vec![other("clamp_compliance", "compliance", COMPLIANCE_PER_MASS * value("mass"))]]
+        }
+        ("clamp_compliance", "beam") => {
+            vec![vec![other("tip_mass", "mass", value("compliance") / COMPLIANCE_PER_MASS)]]
+        }
+        // Forward the pair makes C - F, backward C + F: the same force, at rest too.
+        ("asymmetric_friction", _) if value("viscous_forward") == 0.0 && value("viscous_backward") == 0.0 => {
+            let (forward, backward) = (value("force_forward"), value("force_backward"));
+            vec![vec![
+                other("coulomb_friction", "force", 0.5 * (forward + backward)),
+                other("constant_force", "force", 0.5 * (backward - forward)),
+            ]]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A drive that is late, and sensors that all are late by as much, record the same; each of them by a delay or by its exposure.
+fn all_late(bench: Bench, delay_s: f64) -> Vec<Vec<Physics>> {
+    let columns = bench.model().output_columns();
+    let late = columns.into_iter().map(|column| {
+        let delay = Physics::new("delay", "sensor").with("delay", delay_s);
+        Physics { column: Some(column), ..delay }
+    });
+    put_otherwise(bench, &late.collect::<Vec<Physics>>())
+}
+
+/// All sets in which some of the laws are put as their twins; the laws themselves first.
+pub fn put_otherwise(bench: Bench, laws: &[Physics]) -> Vec<Vec<Physics>> {
+    laws.iter().fold(vec![Vec::new()], |sets, law| {
+        let ways: Vec<Vec<Physics>> = std::iter::once(vec![law.clone()]).chain(twins(bench, law)).collect();
+        ways.iter().flat_map(|way| sets.iter().map(move |set| [&set[..], way].concat())).collect()
+    })
 }
 
 macro_rules! case {

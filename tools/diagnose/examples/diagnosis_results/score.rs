@@ -8,10 +8,14 @@ use stillbeam_plant::Physics;
 pub enum Outcome {
     /// Exactly the laws that are there, at their places; nothing where nothing is missing.
     Right,
+    /// Right as far as these recordings can tell: a tie that holds the laws that are there, and beside them nothing but twins of theirs.
+    Twin,
     /// A tie that holds exactly the laws that are there.
     Tied,
     /// Said to be there, located and unexplained.
     Unexplained,
+    /// Of a law that is not in the catalogue: something else is named, with the words that a structured rest remains.
+    Improved,
     /// Nothing was seen.
     Missed,
     /// Right, and something besides; or a part of it.
@@ -38,17 +42,44 @@ fn is_half_of(name: &str, laws: &[Physics]) -> bool {
     })
 }
 
-/// Compares a diagnosis with the truth.
-pub fn outcome(found: &Diagnosis, laws: &[Physics]) -> Outcome {
-    let truth = names(laws);
+/// What was named, sorted.
+fn named(found: &Diagnosis) -> Vec<String> {
     let mut named: Vec<String> =
         found.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
     named.sort();
-    let tied = found.ties.iter().flat_map(|tie| &tie.candidates).any(|set| {
+    named
+}
+
+/// Every set of every tie, sorted.
+fn tied_sets(found: &Diagnosis) -> impl Iterator<Item = Vec<String>> {
+    found.ties.iter().flat_map(|tie| &tie.candidates).map(|set| {
         let mut set: Vec<String> = set.iter().map(|name| without_column(name)).collect();
         set.sort();
-        set == truth
-    });
+        set
+    })
+}
+
+/// Whether what was named and every set tied with it is one of these.
+pub fn holds_only(found: &Diagnosis, sets: &[Vec<Physics>]) -> bool {
+    let sets: Vec<Vec<String>> = sets.iter().map(|set| names(set)).collect();
+    std::iter::once(named(found)).chain(tied_sets(found)).all(|set| sets.contains(&set))
+}
+
+/// What becomes of a law that is not in the catalogue: every name is wrong, and better than none only if it says itself that it is not all.
+pub fn outcome_without(found: &Diagnosis) -> Outcome {
+    match found.verdict {
+        Verdict::Unexplained => Outcome::Unexplained,
+        _ if found.effects.is_empty() => Outcome::Missed,
+        Verdict::Improved => Outcome::Improved,
+        _ => Outcome::Wrong,
+    }
+}
+
+/// Compares a diagnosis with the truth.
+pub fn outcome(found: &Diagnosis, laws: &[Physics]) -> Outcome {
+    let truth = names(laws);
+    let named = named(found);
+    let tied = tied_sets(found).any(|set| set == truth);
     if named == truth && !(truth.is_empty() && found.verdict == Verdict::Unexplained) {
         return Outcome::Right;
     }

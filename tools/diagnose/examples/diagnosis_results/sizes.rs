@@ -14,9 +14,31 @@ struct Role {
     unknown: Orthonormal,
 }
 
+/// A change of all recordings, in standard deviations of the noise.
+struct Change {
+    trained: Vec<f64>,
+    held_out: Vec<f64>,
+}
+
+impl Change {
+    /// `factor` times what this change has more than another one.
+    fn beyond(self, other: &Self, factor: f64) -> Self {
+        let scaled = |left: Vec<f64>, right: &[f64]| -> Vec<f64> {
+            difference(left, right).into_iter().map(|value| factor * value).collect()
+        };
+        Self {
+            trained: scaled(self.trained, &other.trained),
+            held_out: scaled(self.held_out, &other.held_out),
+        }
+    }
+}
+
+/// Standard errors at which a law is at its detection limit, and below which two sets of laws are the same for the recordings.
+pub const LIMIT: f64 = 5.0;
+
 /// What a machine would record without noise, and what a refit of its parameters could change.
 pub struct Sensitivity {
-    bench: Bench,
+    pub bench: Bench,
     trained: Role,
     /// Without runs where only training counts.
     held_out: Role,
@@ -30,6 +52,9 @@ pub struct Sensitivity {
 
 /// Metres or metres per second, so small that everything stays linear and so large that rounding does not show.
 const STATE: f64 = 1e-3;
+
+/// Share of a law's parameter that it is moved by to see what it changes.
+const SHARE: f64 = 1e-3;
 
 /// A column this much of which, by power, others make too is one of them.
 const REPEATED: f64 = 1e-8;
@@ -140,19 +165,39 @@ impl Sensitivity {
         if law.id == "quantisation" { law.clone().with("dither", self.noise_rms[0]) } else { law.clone() }
     }
 
-    /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
-    /// this one contains: what they could do is not its own.
-    pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
+    /// The change that laws make, as the sensors see them.
+    fn change(&self, laws: &[Physics]) -> Change {
         let laws: Vec<Physics> = laws.iter().map(|law| self.as_seen(law)).collect();
-        let laws = &laws[..];
-        let change = |role: &Role, laws: &[Physics]| role.change(self.bench, laws, &self.noise_rms);
+        let of = |role: &Role| role.change(self.bench, &laws, &self.noise_rms);
+        Change { trained: of(&self.trained), held_out: of(&self.held_out) }
+    }
+
+    /// The changes that the parameters of laws make, per share of their values.
+    fn slopes(&self, laws: &[Physics]) -> Vec<Change> {
+        let mut slopes = Vec::new();
+        for (place, law) in laws.iter().enumerate() {
+            for (name, value) in law.parameters.iter().filter(|(_, value)| **value != 0.0) {
+                let moved = |factor: f64| {
+                    let mut moved = laws.to_vec();
+                    moved[place].parameters.insert(name.clone(), factor * value);
+                    self.change(&moved)
+                };
+                slopes.push(moved(1.0 + SHARE).beyond(&moved(1.0 - SHARE), 0.5 / SHARE));
+            }
+        }
+        slopes
+    }
+
+    /// Standard errors of what is left of a change, and the share of its power that is hidden, once a refit and multiples of `beside`
+    /// have followed it on the training runs.
+    fn left(&self, change: Change, beside: Vec<Change>) -> (f64, f64) {
         let mut absorbing = self.absorbing.clone();
         let mut follows = self.follows.clone();
-        for law in contained.chunks(1) {
-            absorbing.push(change(&self.trained, law));
-            follows.push(change(&self.held_out, law));
+        for column in beside {
+            absorbing.push(column.trained);
+            follows.push(column.held_out);
         }
-        let mut left = change(&self.trained, laws);
+        let mut left = change.trained;
         let whole = dot(&left, &left);
         let followed = absorbing.coefficients(&absorbing.remove_from(&mut left));
         let seen = dot(&left, &left);
@@ -160,12 +205,29 @@ impl Sensitivity {
         if self.held_out.runs.is_empty() {
             return (seen.sqrt(), hidden);
         }
-        let mut predicted = change(&self.held_out, laws);
+        let mut predicted = change.held_out;
         for (column, share) in follows.iter().zip(followed) {
             add_scaled(&mut predicted, -share, column);
         }
         self.held_out.unknown.remove_from(&mut predicted);
         (seen.min(dot(&predicted, &predicted)).sqrt(), hidden)
+    }
+
+    /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
+    /// this one contains: what they could do is not its own.
+    pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
+        self.left(self.change(laws), contained.chunks(1).map(|law| self.change(law)).collect())
+    }
+
+    /// Standard errors between what two sets of laws make, once a refit of the machine and of the others' parameters, along straight
+    /// lines, has brought them together.
+    pub fn distance(&self, laws: &[Physics], others: &[Physics]) -> f64 {
+        self.left(self.change(laws).beyond(&self.change(others), 1.0), self.slopes(others)).0
+    }
+
+    /// Whether the recordings cannot tell one set of laws from another.
+    pub fn are_twins(&self, laws: &[Physics], others: &[Physics]) -> bool {
+        self.distance(laws, others) < LIMIT
     }
 
     /// The same without any.
@@ -226,8 +288,8 @@ fn flat(recordings: &[Recording], noise_rms: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cases::cases;
-    use crate::truth::RESULT_RUNS;
+    use crate::cases::{cases, twins};
+    use crate::truth::{RESULT_RUNS, RESULT_TRAINED};
 
     #[test]
     fn a_rounding_is_at_its_limit_where_its_steps_rise_out_of_the_noise() {
@@ -249,6 +311,60 @@ mod tests {
         };
         let (drawn, measured) = (hidden(Bench::MovedBase), hidden(Bench::MeasuredBeam));
         assert!(drawn > 0.99 && measured < 0.5, "{drawn} and {measured}");
+    }
+
+    #[test]
+    fn a_blur_twice_as_long_as_a_delay_is_told_from_it_only_where_both_are_long() {
+        let (trained, held_out) = RESULT_RUNS.split_at(RESULT_TRAINED);
+        let sensitivity = Sensitivity::new(Bench::MovedBase, trained, held_out, 45.0);
+        let delay = |seconds: f64| [Physics::new("delay", "sensor").with("delay", seconds)];
+        let distance =
+            |late: f64| sensitivity.distance(&delay(late), &twins(Bench::MovedBase, &delay(late)[0])[0]);
+        let (short, long) = (distance(0.45e-3), distance(20e-3));
+        assert!(short < LIMIT && long > LIMIT, "{short} and {long} standard errors");
+    }
+
+    #[test]
+    fn a_soft_clamp_is_told_from_a_mass_at_the_tip_only_where_both_are_large() {
+        let (trained, held_out) = RESULT_RUNS.split_at(RESULT_TRAINED);
+        let sensitivity = Sensitivity::new(Bench::MeasuredBeam, trained, held_out, 45.0);
+        let distance = |kilograms: f64| {
+            let mass = Physics::new("tip_mass", "beam").with("mass", kilograms);
+            let twin = &twins(Bench::MeasuredBeam, &mass)[0];
+            sensitivity.distance(std::slice::from_ref(&mass), twin)
+        };
+        let (small, large) = (distance(1e-5), distance(1e-4));
+        assert!(small < LIMIT && large > LIMIT, "{small} and {large} standard errors");
+    }
+
+    #[test]
+    fn sensors_that_are_all_late_are_a_late_drive() {
+        let sensitivity = Sensitivity::new(Bench::ForcedBase, &RESULT_RUNS[..1], &[], 45.0);
+        let law = Physics::new("dead_time", "drive").with("delay", 3e-3);
+        let late = &twins(Bench::ForcedBase, &law)[1];
+        assert_eq!(late.len(), 2, "one delay for each sensor");
+        let whole = std::slice::from_ref(&law);
+        let (distance, alone) = (sensitivity.distance(whole, late), sensitivity.distance(whole, &late[..1]));
+        assert!(distance < 0.5 && alone > 10.0 * LIMIT, "{distance} and {alone} standard errors");
+    }
+
+    #[test]
+    fn friction_that_differs_by_direction_is_even_friction_with_a_constant_force() {
+        let sensitivity = Sensitivity::new(Bench::ForcedBase, &RESULT_RUNS[..1], &[], 45.0);
+        let law = Physics::new("asymmetric_friction", "base")
+            .with("force_forward", 0.4)
+            .with("force_backward", 0.2);
+        let mut pair = twins(Bench::ForcedBase, &law).remove(0);
+        let change = |laws: &[Physics]| sensitivity.change(laws);
+        let apart = |pair: &[Physics]| {
+            let apart = change(std::slice::from_ref(&law)).beyond(&change(pair), 1.0).trained;
+            dot(&apart, &apart).sqrt()
+        };
+        let same = apart(&pair);
+        assert!(same < 1e-3, "{same} standard errors");
+        let force = pair[1].parameters["force"];
+        pair[1].parameters.insert("force".to_owned(), -force);
+        assert!(apart(&pair) > 100.0, "the other sign is another force");
     }
 
     #[test]

@@ -48,6 +48,8 @@ pub struct Bench {
     pub minutes: Option<f64>,
     /// Only the cases of these kinds are run.
     pub kinds: Vec<Concealment>,
+    /// Only the cases of these numbers, where any are named.
+    pub numbers: Option<Vec<usize>>,
 }
 
 /// The bench could not be run.
@@ -76,8 +78,11 @@ pub enum BenchError {
 /// [`BenchError`], the first one met; scores written before stay for `resume`.
 pub fn run(bench: &Bench, progress: &(dyn Fn(&str) + Sync)) -> Result<Vec<Score>, BenchError> {
     let (next, done, fresh_ones) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicUsize::new(0));
-    let chosen: Vec<usize> =
-        (0..bench.cases).filter(|&number| bench.kinds.contains(&Concealment::of_case(number))).collect();
+    let is_asked_for = |number: &usize| bench.numbers.as_ref().is_none_or(|numbers| numbers.contains(number));
+    let chosen: Vec<usize> = (0..bench.cases)
+        .filter(|&number| bench.kinds.contains(&Concealment::of_case(number)))
+        .filter(is_asked_for)
+        .collect();
     let results: Mutex<Vec<Score>> = Mutex::new(Vec::new());
     let failure: Mutex<Option<BenchError>> = Mutex::new(None);
     let begun = Instant::now();

@@ -11,6 +11,7 @@ use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::intervals::standard_errors;
 use crate::locate::locate;
+use crate::naming::by_innovations::explained_share;
 use crate::naming::scales::Scales;
 use crate::naming::screening::{Screened, cosines};
 use crate::naming::selection::{Search, Selection};
@@ -122,12 +123,13 @@ pub fn diagnose(
     let final_tests = study.adequacies(final_on_all, &floors);
     let columns = model.output_columns();
     let samples = study.stack(Role::Train).present() as f64;
-    let before = compared.refitted.sum_of_squares;
-    let explained_share = (before - selection.chosen.fitted.sum_of_squares) / (before - samples).max(1.0);
+    let squares = [&compared.refitted, &selection.chosen.fitted].map(|fitted| fitted.sum_of_squares);
+    let share = selection.explained_share.unwrap_or_else(|| explained_share(squares, samples));
     let rest = Rest::of(&final_tests, options);
     let is_another_machine = stand_ins.moved.iter().any(Moved::is_another_machine);
     let fits_within = refit_adequate && !is_another_machine;
-    let verdict = verdict(&selection, fits_within, rest, is_loud(&final_tests, options), explained_share);
+    let left = (rest, is_loud(&final_tests, options));
+    let verdict = verdict(&selection, &candidates, fits_within, left, share);
     // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);

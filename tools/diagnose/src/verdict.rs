@@ -1,6 +1,6 @@
 //! From what was selected to effects, ties and a verdict.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use stillbeam_plant::Model;
 
@@ -31,9 +31,9 @@ const MOST_OF_ITS_OWN: f64 = 0.75;
 /// explain.
 pub(crate) fn verdict(
     selection: &Selection,
+    candidates: &[Candidate],
     refit_adequate: bool,
-    rest: Rest,
-    rest_is_loud: bool,
+    (rest, rest_is_loud): (Rest, bool),
     explained_share: f64,
 ) -> Verdict {
     if selection.chosen.laws.is_empty() {
@@ -44,6 +44,10 @@ pub(crate) fn verdict(
         rest_is_loud,
         explained_share,
         is_tied: !selection.rivals.is_empty(),
+        is_tied_with_others: selection
+            .rivals
+            .iter()
+            .any(|rival| !is_the_same_law(&selection.chosen, rival, candidates)),
         is_cut_short: !selection.left_out.is_empty(),
         is_unrivalled: is_unrivalled(selection),
     })
@@ -56,8 +60,10 @@ struct Weighed {
     rest_is_loud: bool,
     /// Share that the laws take off what noise does not explain.
     explained_share: f64,
-    /// Whether other laws do as well.
+    /// Whether other laws do as well, ...
     is_tied: bool,
+    /// ... and among them such as are no other form of those that were found.
+    is_tied_with_others: bool,
     /// Whether time ended the search.
     is_cut_short: bool,
     /// See [`is_unrivalled`].
@@ -73,20 +79,35 @@ fn weighed(found: &Weighed) -> Verdict {
         (Rest::Noise, true) => Verdict::Ambiguous,
         (_, _) if share < MOST => Verdict::Unexplained,
         (Rest::Structured, _) if share < MOST_OF_ITS_OWN => Verdict::Unexplained,
-        // All that goes with the motion is taken away; what is left is no law's to explain.
-        (Rest::Foreign, true) => Verdict::Ambiguous,
+        // All that goes with the motion is taken away; what is left is no law's to explain, and louder than noise it is no noise.
+        (Rest::Foreign, true) if !found.rest_is_loud => Verdict::Ambiguous,
+        (Rest::Foreign, true) => Verdict::Improved,
         (Rest::Foreign, false) => Verdict::Improved,
         // Laws that do as well as each other and leave more than noise are a tie of what is better than nothing.
         (Rest::Structured, true) if share > MOST_OF_IT && found.rest_is_loud => Verdict::Improved,
         (Rest::Structured, true) if share > MOST_OF_IT => Verdict::Ambiguous,
         // Several laws each take a part of it away and none takes all: none of them is it.
-        (Rest::Structured, true) => Verdict::Unexplained,
+        (Rest::Structured, _) if found.is_tied_with_others => Verdict::Unexplained,
         // Something else may take all away, and was not tried.
-        (Rest::Structured, false) if found.rest_is_loud && found.is_cut_short && !found.is_unrivalled => {
+        (Rest::Structured, _) if found.rest_is_loud && found.is_cut_short && !found.is_unrivalled => {
             Verdict::Unexplained
         }
-        (Rest::Structured, false) => Verdict::Improved,
+        (Rest::Structured, _) => Verdict::Improved,
     }
+}
+
+/// Whether a rival is the same set of laws with one of them seen against the ground instead of against the base: a spring of the tip that
+/// is one of the beam where the base hardly moves.
+fn is_the_same_law(chosen: &Member, rival: &Member, candidates: &[Candidate]) -> bool {
+    let names = |member: &Member| -> BTreeSet<(&str, String)> {
+        let of = |candidate: &Candidate| (candidate.law.id(), of_the_beam(&candidate.location));
+        member.laws.iter().map(|index| of(&candidates[*index])).collect()
+    };
+    names(chosen) == names(rival)
+}
+
+fn of_the_beam(location: &str) -> String {
+    if location == "tip" { "beam" } else { location }.to_owned()
 }
 
 /// Whether no laws that were not tried could do the work of any law of the chosen set.
@@ -307,6 +328,7 @@ mod tests {
         rest_is_loud: false,
         explained_share: 1.0,
         is_tied: false,
+        is_tied_with_others: false,
         is_cut_short: false,
         is_unrivalled: true,
     };
@@ -337,13 +359,24 @@ mod tests {
 
     #[test]
     fn a_tie_that_leaves_something_of_the_machine_is_no_finding_unless_it_takes_nearly_all() {
-        let tied = Weighed { rest: Rest::Structured, is_tied: true, ..NOISE };
+        let tied = Weighed { rest: Rest::Structured, is_tied: true, is_tied_with_others: true, ..NOISE };
         assert_eq!(weighed(&Weighed { explained_share: 0.9, ..tied }), Verdict::Unexplained);
         assert_eq!(
             weighed(&Weighed { explained_share: 0.98, rest_is_loud: true, ..tied }),
             Verdict::Improved
         );
         assert_eq!(weighed(&Weighed { explained_share: 0.98, ..tied }), Verdict::Ambiguous);
+        // A spring of the beam and the same spring of its tip are one finding.
+        let one = Weighed { is_tied_with_others: false, ..tied };
+        assert_eq!(weighed(&Weighed { explained_share: 0.9, ..one }), Verdict::Improved);
+        assert_eq!(weighed(&Weighed { explained_share: 0.6, ..one }), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn a_tie_beside_what_is_louder_than_noise_is_an_improvement() {
+        let tied = Weighed { rest: Rest::Foreign, is_tied: true, is_tied_with_others: true, ..NOISE };
+        assert_eq!(weighed(&tied), Verdict::Ambiguous);
+        assert_eq!(weighed(&Weighed { rest_is_loud: true, ..tied }), Verdict::Improved);
     }
 
     #[test]

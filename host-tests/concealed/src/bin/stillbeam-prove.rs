@@ -14,7 +14,7 @@ use stillbeam_concealed::seal::digest;
 
 const USAGE: &str =
     "usage: stillbeam-prove [--tool PROGRAM] [--cases N] [--seed S] [--out FOLDER] [--limit SECONDS]
-                       [--jobs N] [--resume] [--page FILE.md] [--kind KIND,...]
+                       [--jobs N] [--resume] [--page FILE.md] [--kind KIND,...] [--case N,...]
                        [--least-right N] [--most-wrong N]
        stillbeam-prove --picture CASE FILE.svg [--tool PROGRAM] [--out FOLDER]
        stillbeam-prove --real DATA [--tool PROGRAM] [--out FOLDER] [--page FILE.md]
@@ -26,6 +26,7 @@ const USAGE: &str =
   --limit SECONDS   processor time that the tool has per case, one thread (140)
   --jobs N          cases at a time (2)
   --kind KIND,...   only the cases of these kinds (visible, absorbed, buried, masked, null, decoy, outside); no page then
+  --case N,...      only the cases of these numbers; no page then
   --resume          keep the scores that are there
   --page FILE.md    write the results page
   --least-right N   fail when fewer answers are right
@@ -59,6 +60,7 @@ fn bench() -> Result<(), String> {
         resume: false,
         minutes: None,
         kinds: Concealment::ALL.to_vec(),
+        numbers: None,
     };
     let (mut page_file, mut least_right, mut most_wrong) = (None::<PathBuf>, 0, usize::MAX);
     let (mut drawn, mut data, mut only) = (None, None, None::<String>);
@@ -73,6 +75,7 @@ fn bench() -> Result<(), String> {
             "--seed" => bench.seed = number(&value()?)?,
             "--jobs" => bench.jobs = number(&value()?)?,
             "--kind" => bench.kinds = value()?.split(',').map(kind).collect::<Result<_, _>>()?,
+            "--case" => bench.numbers = Some(value()?.split(',').map(number).collect::<Result<_, _>>()?),
             "--limit" => bench.limit_s = number(&value()?)?,
             "--page" => page_file = Some(PathBuf::from(value()?)),
             "--least-right" => least_right = number(&value()?)?,
@@ -93,8 +96,9 @@ fn bench() -> Result<(), String> {
             _ => return Err(format!("unknown option {word}\n{USAGE}")),
         }
     }
-    if bench.kinds != Concealment::ALL && page_file.is_some() {
-        return Err(format!("a page shows all kinds: --page without --kind\n{USAGE}"));
+    let is_whole = bench.kinds == Concealment::ALL && bench.numbers.is_none();
+    if !is_whole && page_file.is_some() {
+        return Err(format!("a page shows all cases: --page without --kind and --case\n{USAGE}"));
     }
     // The tool runs in the cases' folders.
     bench.tool = bench.tool.canonicalize().map_err(|error| format!("--tool: {error}\n{USAGE}"))?;
@@ -127,7 +131,7 @@ fn bench() -> Result<(), String> {
             std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         text = format!("{text}\n{section}");
     }
-    if bench.kinds == Concealment::ALL {
+    if is_whole {
         publish(page_file.as_deref(), &text)?;
     }
     let tally = Tally::of(&scores);

@@ -61,6 +61,7 @@ impl Search<'_> {
                 screened: selection.screened.clone(),
                 tried: selection.tried.clone(),
                 left_out: selection.left_out.clone(),
+                explained_share: None,
             })
         })
     }
@@ -84,7 +85,14 @@ impl Search<'_> {
         self.forget_rounds();
         let stack = self.study.stack(Role::Train);
         let refitted = refit_from(&stack, given, &free_parameters(given), &compared.refitted);
-        let found = refitted.ok().and_then(|(refitted, _)| work(self, &refitted));
+        let samples = stack.present() as f64;
+        let found = refitted.ok().and_then(|(refitted, _)| {
+            let mut found = work(self, &refitted)?;
+            // Evenly weighted, what a refit to the innovations leaves is no measure of what laws add to it.
+            let squares = [&refitted, &found.chosen.fitted].map(|fitted| fitted.sum_of_squares);
+            found.explained_share = Some(explained_share(squares, samples));
+            Some(found)
+        });
         self.study.weigh_evenly();
         self.forget_rounds();
         let mut found = found.filter(|found| !found.chosen.laws.is_empty())?;
@@ -105,6 +113,12 @@ impl Search<'_> {
         let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
         self.member(member.laws, Fitted { records, sum_of_squares, ..member.fitted })
     }
+}
+
+/// Share that laws take off what noise does not explain, from the sums of squares without and with them and the number of samples. What the
+/// weighting is made of has as much power as noise by definition: less of it than that is noise, too.
+pub(crate) fn explained_share([without, with]: [f64; 2], samples: f64) -> f64 {
+    (without - with) / (without - samples.min(with)).max(1.0)
 }
 
 #[cfg(test)]

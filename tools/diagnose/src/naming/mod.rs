@@ -1,6 +1,6 @@
 //! Naming: which laws of the catalogue the recordings demand.
 
-mod by_innovations;
+pub(crate) mod by_innovations;
 mod by_latent_force;
 mod from_drawing;
 pub(crate) mod gates;

@@ -50,10 +50,12 @@ impl Search<'_> {
     }
 
     /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
-    /// it, which is looked for in the next round.
+    /// it, which is looked for in the next round. What is louder than noise may be a law's that looks like none beside another machine.
     fn is_explained(&self, tried: &[Tried]) -> bool {
-        let settles =
-            |member: &Member| self.rest(member) != Rest::Structured || !self.moved_far(&member.fitted);
+        let leaves_little = |member: &Member| {
+            self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
+        };
+        let settles = |member: &Member| leaves_little(member) || !self.moved_far(&member.fitted);
         tried.iter().any(|tried| tried.passes() && settles(&tried.member))
     }
 

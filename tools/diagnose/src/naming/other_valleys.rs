@@ -48,14 +48,19 @@ impl Search<'_> {
         if member.laws.is_empty() || !is_far_anywhere(&member.fitted) || self.is_over() {
             return None;
         }
-        let mut hypothesis = Hypothesis::given(self.given);
-        hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
-        let stack = self.study.stack(Role::Train).until(self.patience);
-        let drawn = refit_from_drawing(&stack, &hypothesis, &member.fitted, Effort::BENT)?;
-        let drawn = self.member(member.laws.clone(), drawn)?;
+        let drawn = self.from_drawing(member, Effort::BENT)?;
         let gain = self.better_by(member, &drawn);
         let is_near = !is_far_anywhere(&drawn.fitted);
         (gain > self.options.separation || (is_near && gain > -self.options.separation)).then_some(drawn)
+    }
+
+    /// The set fitted from the drawing and the values that its laws have.
+    pub(super) fn from_drawing(&self, member: &Member, effort: Effort) -> Option<Member> {
+        let mut hypothesis = Hypothesis::given(self.given);
+        hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
+        let stack = self.study.stack(Role::Train).until(self.patience);
+        let drawn = refit_from_drawing(&stack, &hypothesis, &member.fitted, effort)?;
+        self.member(member.laws.clone(), drawn)
     }
 
     /// The set with one of its laws in another valley that fits better; `None` where none is seen, and where the set leaves

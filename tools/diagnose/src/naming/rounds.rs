@@ -214,6 +214,7 @@ impl Search<'_> {
             tried.extend(self.fitted_ones(base, beside, next, &own));
         }
         self.settle_the_best(beside.rival, &mut tried);
+        self.settle_those_as_good(beside.rival, &mut tried);
         self.begin_the_best_elsewhere(base, beside.rival, &screened, &mut tried);
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);

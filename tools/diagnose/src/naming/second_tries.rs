@@ -8,7 +8,8 @@ use super::rounds::{Tried, by_fit, directions};
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
-use crate::fit::Others;
+use crate::fit::{Effort, Fitted, Others};
+use crate::refit::is_far_anywhere;
 
 impl Search<'_> {
     /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the recordings that it is fitted
@@ -22,6 +23,38 @@ impl Search<'_> {
         if settled.fitted.sum_of_squares < best.member.fitted.sum_of_squares {
             *best = self.judged_on(base, settled, best.candidate);
         }
+    }
+
+    /// Laws that take nearly as much away as the best of those that pass, where that leaves more than noise, are fitted to the end: a fit that
+    /// has not settled leaves more than another law does, and the other one would be taken for it. So does one beside parameters that have
+    /// gone far to make up for the law before it was there: the drawing is where they are looked for then.
+    pub(super) fn settle_those_as_good(&self, base: &Member, tried: &mut [Tried]) {
+        let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+        let Some(best) = tried.iter().filter(|tried| tried.passes()).min_by(|a, b| by_fit(a, b)) else {
+            return;
+        };
+        if !self.is_louder_than_noise(&best.member.fitted) || self.is_over() {
+            return;
+        }
+        let (before, best) = (base.fitted.sum_of_squares, left(best));
+        tried
+            .par_iter_mut()
+            .filter(|tried| tried.passes() && before - left(tried) > AS_GOOD * (before - best))
+            .for_each(|tried| {
+                let is_far = is_far_anywhere(&tried.member.fitted);
+                let drawn = is_far.then(|| self.from_drawing(&tried.member, Effort::TRIAL)).flatten();
+                let there = std::iter::once(self.finished(tried.member.clone())).chain(drawn);
+                let settled =
+                    there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares));
+                if let Some(settled) = settled.filter(|settled| settled.fitted.sum_of_squares < left(tried)) {
+                    *tried = self.judged_on(base, settled, tried.candidate);
+                }
+            });
+    }
+
+    /// Whether a fit leaves more than noise of the training recordings.
+    pub(super) fn is_louder_than_noise(&self, fitted: &Fitted) -> bool {
+        fitted.sum_of_squares > LOUD * self.study.stack(Role::Train).present() as f64
     }
 
     /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves over a travel of less than a period,
@@ -55,6 +88,11 @@ impl Search<'_> {
         !tried.passes() && tried.may_lack_another() && beyond_doubt && !self.is_over()
     }
 }
+
+/// What is left is more than noise where it has this many times its power.
+const LOUD: f64 = 1.1;
+/// Share of what the best law takes away that another has to take to be fitted to the end as well.
+const AS_GOOD: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {

@@ -11,12 +11,14 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 use stillbeam_plant::Model;
+use stillbeam_recording::Role;
 
 use super::gates::DETERMINED;
 use super::rounds::{Place, Round, RoundKey, Tried, by_fit};
 use super::screening::Screened;
 use super::sets::Member;
 use super::trials::Candidate;
+use crate::adequacy::Rest;
 use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
 use crate::options::Options;
@@ -38,6 +40,8 @@ pub(crate) struct Selection {
     pub(crate) judged: Vec<Tried>,
     /// What was not looked for because time was over.
     pub(crate) left_out: Vec<&'static str>,
+    /// Share that the chosen set takes off what noise does not explain, where that was reckoned with another weighting than the study's.
+    pub(crate) explained_share: Option<f64>,
 }
 
 impl Selection {
@@ -131,6 +135,7 @@ impl Search<'_> {
             rivals: Vec::new(),
             judged: Vec::new(),
             left_out,
+            explained_share: None,
         }
     }
 
@@ -167,10 +172,10 @@ impl Search<'_> {
     }
 
     /// Two laws where none passes alone. Fitted to what two of them do, one law may miss what is held out, or leave more than it explains;
-    /// the second is looked for beside it all the same, and both stay only if neither can go. Only to begin with: beside laws that are
-    /// there already what no law explains is mostly small.
+    /// the second is looked for beside it all the same, and both stay only if neither can go. Beside laws that are there already only
+    /// where much is left: what no further law explains is mostly small.
     fn two_at_once(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
-        if !chosen.laws.is_empty() {
+        if !chosen.laws.is_empty() && !self.leaves_much(chosen) {
             return None;
         }
         let mut firsts: Vec<&Tried> = tried.iter().filter(|tried| tried.may_lack_another()).collect();
@@ -184,6 +189,12 @@ impl Search<'_> {
         let pairs =
             firsts.into_iter().filter_map(|first| self.simplest_of_the_best(&self.round(&first.member).1));
         pairs.filter(needed).min_by(by_fit)
+    }
+
+    /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be missing from it.
+    fn leaves_much(&self, member: &Member) -> bool {
+        let noise = self.study.stack(Role::Train).present() as f64;
+        member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured
     }
 
     /// Deletes laws that are not missed.
@@ -216,9 +227,12 @@ impl Search<'_> {
             let Some(without) = self.without(&member, place) else { continue };
             let old = Place { law: member.laws[place], left: member.fitted.sum_of_squares };
             let best = self.simplest_of_the_best(&self.round_in_place(&without, old).1);
+            // A law that contains the old one always fits a little better.
+            let is_richer = |best: &Tried| best.member.fitted.free.len() > member.fitted.free.len();
+            let least = |best: &Tried| if is_richer(best) { self.options.separation } else { 0.0 };
             if let Some(best) = best
                 && best.member.fitted.sum_of_squares < member.fitted.sum_of_squares
-                && self.better_by(&member, &best.member) > 0.0
+                && self.better_by(&member, &best.member) > least(&best)
             {
                 member = best.member;
             }
@@ -236,6 +250,8 @@ fn as_set(laws: &[usize]) -> Vec<usize> {
 
 /// Laws beside which a second one is looked for where none passes alone.
 const LACKING: usize = 2;
+/// What is left is much where a systematic rest has as much power as the noise.
+const MUCH: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
@@ -253,6 +269,7 @@ mod tests {
                 rivals: vec![Member { laws: vec![2, 5], ..refitted }],
                 judged: Vec::new(),
                 left_out: Vec::new(),
+                explained_share: None,
             };
             assert!(selection.has_rival(&[2, 5]) && selection.has_rival(&[5, 2]));
             assert!(!selection.has_rival(&[2]) && !selection.has_rival(&[2, 7]));

@@ -4,6 +4,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
 use super::rounds::Tried;
+use super::second_tries::LOUD;
 use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::comparison::Compared;
@@ -85,12 +86,12 @@ impl Search<'_> {
         self.forget_rounds();
         let stack = self.study.stack(Role::Train);
         let refitted = refit_from(&stack, given, &free_parameters(given), &compared.refitted);
-        let samples = stack.present() as f64;
         let found = refitted.ok().and_then(|(refitted, _)| {
             let mut found = work(self, &refitted)?;
-            // Evenly weighted, what a refit to the innovations leaves is no measure of what laws add to it.
-            let squares = [&refitted, &found.chosen.fitted].map(|fitted| fitted.sum_of_squares);
-            found.explained_share = Some(explained_share(squares, samples));
+            // Laws are measured against the refit to the innovations: that to even squares has swallowed some of the disturbance.
+            let stack = self.study.stack(Role::Train);
+            let squares = [&refitted, &found.chosen.fitted].map(|fitted| stack.even_square(&fitted.records));
+            found.explained_share = Some(explained_share(squares, stack.present() as f64));
             Some(found)
         });
         self.study.weigh_evenly();
@@ -115,18 +116,26 @@ impl Search<'_> {
     }
 }
 
-/// Share that laws take off what noise does not explain, from the sums of squares without and with them and the number of samples. What the
-/// weighting is made of has as much power as noise by definition: less of it than that is noise, too.
+/// Share that laws take off what noise does not explain, from the sums of squares without and with them, every sample weighted evenly, and
+/// the number of samples. All of it where there is nothing louder than noise to begin with: a disturbance all the time is taken for noise.
 pub(crate) fn explained_share([without, with]: [f64; 2], samples: f64) -> f64 {
-    (without - with) / (without - samples.min(with)).max(1.0)
+    if without < LOUD * samples { 1.0 } else { (without - with) / (without - samples) }
 }
 
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
 
+    use super::explained_share;
     use crate::naming::on_a_spring::{machine, shaken_runs};
     use crate::{Diagnosis, Options, diagnose};
+
+    #[test]
+    fn a_share_is_of_what_is_louder_than_noise() {
+        assert!((explained_share([5000.0, 2000.0], 1000.0) - 0.75).abs() < 1e-12);
+        assert!((explained_share([5000.0, 900.0], 1000.0) - 1.025).abs() < 1e-12, "noise fitted, too");
+        assert!((explained_share([1050.0, 1200.0], 1000.0) - 1.0).abs() < 1e-12, "nothing was louder");
+    }
 
     const SHAKING_N: f64 = 0.3;
 

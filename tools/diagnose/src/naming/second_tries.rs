@@ -90,7 +90,7 @@ impl Search<'_> {
 }
 
 /// What is left is more than noise where it has this many times its power.
-const LOUD: f64 = 1.1;
+pub(super) const LOUD: f64 = 1.1;
 /// Share of what the best law takes away that another has to take to be fitted to the end as well.
 const AS_GOOD: f64 = 0.95;
 

@@ -92,6 +92,16 @@ pub fn twins(bench: Bench, law: &Physics) -> Vec<Vec<Physics>> {
     }
 }
 
+/// Laws of more parameters that are this one where some of them are alike.
+pub fn richer_forms(law: &Physics) -> &'static [&'static str] {
+    match law.id.as_str() {
+        // With the same force at every speed; with the same both ways.
+        "coulomb_friction" if law.location == "base" => &["stribeck_friction", "asymmetric_friction"],
+        "viscous_friction" => &["asymmetric_friction"],
+        _ => &[],
+    }
+}
+
 /// A drive that is late, and sensors that all are late by as much, record the same; each of them by a delay or by its exposure.
 fn all_late(bench: Bench, delay_s: f64) -> Vec<Vec<Physics>> {
     let columns = bench.model().output_columns();

@@ -8,7 +8,7 @@ use stillbeam_diagnose::{Diagnosis, Options, diagnose};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Recording;
 
-use crate::cases::{Case, cases, put_otherwise, twins};
+use crate::cases::{Case, cases, put_otherwise, richer_forms, twins};
 use crate::score::{Outcome, errors, holds_only, outcome, outcome_without, said};
 use crate::sizes::{LIMIT, Sensitivity};
 use crate::truth::{Bench, RESULT_RUNS, RESULT_TRAINED, noisy};
@@ -391,14 +391,17 @@ fn left_out(plan: &Plan, benches: &mut Benches, log: &mut Log) {
                 format!("{} at {} not in the catalogue{nor}, seed {seed}", case.id, case.location)
             };
             // What has no twin need not be measured to know its name.
-            if twins(case.bench, &(case.law)(1.0)).is_empty() && log.has("left-out", &name(&[case.id])) {
+            let unit = (case.law)(1.0);
+            let known = [&[case.id], richer_forms(&unit)].concat();
+            if twins(case.bench, &unit).is_empty() && log.has("left-out", &name(&known)) {
                 continue;
             }
             let sensitivity = benches.of(case.bench, 45.0);
             let Some(strength) = sensitivity.strength(&case, 30.0 * LIMIT) else { continue };
             let law = sensitivity.as_seen(&(case.law)(strength));
             let ids = names_of(&law, sensitivity);
-            let struck: Vec<&str> = ids.iter().map(String::as_str).collect();
+            let struck: Vec<&str> =
+                ids.iter().map(String::as_str).chain(richer_forms(&law).iter().copied()).collect();
             let name = name(&struck);
             log.case("left-out", &name, sensitivity, &[law], 0.0, 0, &struck, seed);
         }

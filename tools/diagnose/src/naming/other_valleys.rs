@@ -48,14 +48,14 @@ impl Search<'_> {
         if member.laws.is_empty() || !is_far_anywhere(&member.fitted) || self.is_over() {
             return None;
         }
-        let drawn = self.from_drawing(member, Effort::BENT)?;
+        let drawn = self.fitted_from_drawing(member, Effort::BENT)?;
         let gain = self.better_by(member, &drawn);
         let is_near = !is_far_anywhere(&drawn.fitted);
         (gain > self.options.separation || (is_near && gain > -self.options.separation)).then_some(drawn)
     }
 
     /// The set fitted from the drawing and the values that its laws have.
-    pub(super) fn from_drawing(&self, member: &Member, effort: Effort) -> Option<Member> {
+    pub(super) fn fitted_from_drawing(&self, member: &Member, effort: Effort) -> Option<Member> {
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
         let stack = self.study.stack(Role::Train).until(self.patience);

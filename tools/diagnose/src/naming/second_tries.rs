@@ -42,7 +42,7 @@ impl Search<'_> {
             .filter(|tried| tried.passes() && before - left(tried) > AS_GOOD * (before - best))
             .for_each(|tried| {
                 let is_far = is_far_anywhere(&tried.member.fitted);
-                let drawn = is_far.then(|| self.from_drawing(&tried.member, Effort::TRIAL)).flatten();
+                let drawn = is_far.then(|| self.fitted_from_drawing(&tried.member, Effort::TRIAL)).flatten();
                 let there = std::iter::once(self.finished(tried.member.clone())).chain(drawn);
                 let settled =
                     there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares));

@@ -280,8 +280,8 @@ pub(crate) fn fit_near(
         };
         // What is kept of the derivatives may end a search early; the next one starts with all of them.
         let gained = 1.0 - fitted.sum_of_squares / before;
-        let settled =
-            fitted.hypothesis.is_linear() || (before.is_finite() && gained < 10.0 * effort.tolerance);
+        let settled = stack.all_add_free_responses(&fitted.hypothesis)
+            || (before.is_finite() && gained < 10.0 * effort.tolerance);
         if !settled && effort.rounds > 1 {
             near = stack.evaluate(&fitted.hypothesis, &fitted.initial_states())?;
         }

@@ -55,6 +55,9 @@ const STATE_CHANGE: f64 = 0.3;
 /// A start other than rest has to be this many mean squares better.
 const CLEAR: f64 = 10.0;
 
+/// The output that a controller follows: the first.
+const CONTROLLED: usize = 0;
+
 impl Stack<'_> {
     /// The same for fits that end where they are when patience is spent.
     pub(crate) fn until(self, patience: Patience) -> Self {
@@ -149,12 +152,20 @@ impl Stack<'_> {
         let mut columns: Vec<Vec<f64>> =
             responses.iter().map(|response| self.weighted(index, response)).collect();
         let mut linear = Orthonormal::default();
-        columns.iter().for_each(|column| linear.push(column.clone()));
-        if !hypothesis.is_linear() {
+        let in_loop = record.rerun.is_in_loop();
+        if !in_loop {
+            columns.iter().for_each(|column| linear.push(column.clone()));
+        }
+        if !self.adds_free_responses(index, hypothesis) {
             columns = self.state_responses(index, hypothesis, initial, columns)?;
         }
+        if in_loop {
+            columns.iter().for_each(|column| linear.push(column.clone()));
+        }
         for (which, output) in record.outputs.iter().enumerate() {
-            if hypothesis.zero_is_known(&output.column) {
+            // The controller makes the reading follow the reference, wherever the sensor has its zero.
+            let is_controlled = in_loop && output.index == CONTROLLED;
+            if is_controlled || hypothesis.zero_is_known(&output.column) {
                 continue;
             }
             let outputs = record.outputs.iter().enumerate();
@@ -243,7 +254,7 @@ impl Stack<'_> {
             start = self.evaluate_record(index, &hypothesis.without_laws(), &[])?.initial;
         }
         let start = &start[..];
-        if hypothesis.is_linear() {
+        if self.adds_free_responses(index, hypothesis) {
             let responses = free_responses(hypothesis, self.records[index])?;
             let nuisances = self.nuisances_of(index, hypothesis, start, &responses)?;
             let (mut fit, corrections) = self.evaluate_from(index, hypothesis, start, &nuisances)?;
@@ -272,6 +283,16 @@ impl Stack<'_> {
             }
             (rest, given) => rest.or(given),
         }
+    }
+
+    /// Whether an initial state only adds the model's free response to a recording: without laws, and where no controller makes up for it.
+    fn adds_free_responses(&self, index: usize, hypothesis: &Hypothesis) -> bool {
+        hypothesis.is_linear() && !self.records[index].rerun.is_in_loop()
+    }
+
+    /// Whether initial states only add free responses to all recordings.
+    pub(crate) fn all_add_free_responses(&self, hypothesis: &Hypothesis) -> bool {
+        (0..self.records.len()).all(|index| self.adds_free_responses(index, hypothesis))
     }
 
     /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from then.
@@ -317,7 +338,7 @@ impl Stack<'_> {
             .into_par_iter()
             .map(|index| {
                 let near = &near[index];
-                if hypothesis.is_linear() {
+                if self.adds_free_responses(index, hypothesis) {
                     return self.evaluate_record(index, hypothesis, &near.initial);
                 }
                 self.evaluate_from(index, hypothesis, &near.initial, &near.nuisances).map(|(fit, _)| fit)

@@ -45,7 +45,8 @@ pub(crate) struct OnAll {
 
 /// Whether less is left of an output than is looked for.
 fn is_resolved(part: &OutputResidual<'_>) -> bool {
-    reach(&part.residual) <= RESOLVED * reach(&part.record.outputs[part.output].samples)
+    let share = if part.record.rerun.is_in_loop() { RESOLVED_IN_LOOP } else { RESOLVED };
+    reach(&part.residual) <= share * reach(&part.record.outputs[part.output].samples)
 }
 
 impl Study {
@@ -401,6 +402,9 @@ const ROUNDING: f64 = 1e-9;
 /// Share of an output below which nothing is looked for (80 dB): an input known at samples only leaves that much open at the start of a
 /// recording and where it moves fast.
 const RESOLVED: f64 = 1e-4;
+/// The same of a closed loop, which follows straight lines between its reference's samples: nothing is open there, and what friction does
+/// against a stiff controller is as small as this.
+const RESOLVED_IN_LOOP: f64 = 1e-6;
 
 /// A recorded output this many times larger or smaller than simulated is in another unit, ...
 const UNIT: f64 = 200.0;

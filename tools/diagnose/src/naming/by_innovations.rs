@@ -13,6 +13,9 @@ use crate::parameters::free_parameters;
 use crate::refit::refit_from;
 use crate::simulation::Hypothesis;
 
+/// A set fitted to innovations that leaves this many times what the same set leaves fitted to the readings is no better known for it.
+const MUCH_MORE: f64 = 1.5;
+
 impl Search<'_> {
     /// Searches again with outputs weighted by the innovations of what `nearest`, the set that the first search ended with, leaves over;
     /// `None` where time is over, where that is no other weighting, and where no law passes its gates this time either.
@@ -55,7 +58,9 @@ impl Search<'_> {
             rivals.retain(|rival| search.better_by(rival, &chosen) < separation);
             let cut_short = !selection.left_out.is_empty();
             let (judged, _) = search.judge_laws(&chosen, refitted, cut_short, &selection.screened);
-            judged.iter().all(Tried::passes).then(|| Selection {
+            let is_sound =
+                judged.iter().all(Tried::passes) && search.leaves_as_little(&chosen, &selection.chosen);
+            is_sound.then(|| Selection {
                 chosen,
                 rivals,
                 judged,
@@ -65,6 +70,13 @@ impl Search<'_> {
                 explained_share: None,
             })
         })
+    }
+
+    /// Whether a set fitted to innovations leaves about as little of the readings as one fitted to the readings themselves. Beside noise of any
+    /// colour it does; where what is left is the model's own fault, innovations only make the most of another part of it.
+    fn leaves_as_little(&self, weighted: &Member, even: &Member) -> bool {
+        let stack = self.study.stack(Role::Train);
+        stack.even_square(&weighted.fitted.records) < MUCH_MORE * even.fitted.sum_of_squares
     }
 
     /// Does something with outputs weighted by the innovations of what a set leaves over, beside the refit weighted so; what is found is

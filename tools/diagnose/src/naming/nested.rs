@@ -94,7 +94,8 @@ impl Search<'_> {
         as_good.unwrap_or(chosen)
     }
 
-    fn even_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
+    /// The set with the friction at a place of it even, begun from the mean of its forces.
+    pub(super) fn even_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
         let rich = &self.candidates[chosen.laws[place]];
         let even = self.candidates.iter().position(|other| {
             other.law.id() == EVEN && other.location == rich.location && contains(rich.law.id(), EVEN)

@@ -52,6 +52,24 @@ impl Search<'_> {
             });
     }
 
+    /// The way from no friction to dry friction may be barred, a damper that has made up for it standing in between, and open to the richer law
+    /// that contains it. Where that leaves less, even friction is begun from its mean.
+    pub(super) fn begin_even_friction_at_uneven(&self, base: &Member, tried: &mut Vec<Tried>) {
+        let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+        let even = tried.iter().filter_map(|richer| {
+            let even = self.even_instead(&richer.member, richer.member.laws.len() - 1)?;
+            let candidate = *even.laws.last()?;
+            let known = tried.iter().find(|known| known.candidate == candidate);
+            let is_better = known.is_none_or(|known| even.fitted.sum_of_squares < left(known));
+            (left(richer) < known.map_or(f64::INFINITY, left) && is_better)
+                .then(|| self.judged_on(base, even, candidate))
+        });
+        if let Some(best) = even.min_by(by_fit) {
+            tried.retain(|known| known.candidate != best.candidate);
+            tried.push(best);
+        }
+    }
+
     /// Whether a fit leaves more than noise of the training recordings.
     pub(super) fn is_louder_than_noise(&self, fitted: &Fitted) -> bool {
         fitted.sum_of_squares > LOUD * self.study.stack(Role::Train).present() as f64

@@ -1,9 +1,10 @@
-//! Diagnoses one simulated case: `cargo run --release -p stillbeam-diagnose --example one_case -- moved cubic_stiffness beam stiffness=50`.
+//! Diagnoses one simulated case: `cargo run --release -p stillbeam-diagnose --example one_case -- moved cubic_stiffness beam stiffness=50`;
+//! with `controls=6` the diagnosis is tried on that very experiment too, as `stillbeam diagnose --controls` does.
 
 #[path = "../tests/truth/mod.rs"]
 mod truth;
 
-use stillbeam_diagnose::{Options, diagnose};
+use stillbeam_diagnose::{Options, Progress, controls, diagnose};
 use stillbeam_plant::Physics;
 use truth::Bench;
 
@@ -15,6 +16,7 @@ fn main() {
     let mut laws = Vec::new();
     let mut seed = 1;
     let mut rho = 0.0;
+    let mut control_runs = 0;
     let mut options = Options::default();
     let mut k = 0;
     while k < rest.len() {
@@ -24,6 +26,9 @@ fn main() {
         } else if let Some(value) = rest[k].strip_prefix("rho=") {
             rho = value.parse().unwrap_or(0.0);
             k += 1;
+        } else if let Some(value) = rest[k].strip_prefix("controls=") {
+            control_runs = value.parse().unwrap_or(0);
+            k += 1;
         } else if let Some(value) = rest[k].strip_prefix("without=") {
             options.without.push(value.to_owned());
             k += 1;
@@ -31,7 +36,7 @@ fn main() {
             let mut law = Physics::new(rest[k].clone(), rest[k + 1].clone());
             k += 2;
             while let Some((name, value)) = rest.get(k).and_then(|text| text.split_once('=')) {
-                if ["seed", "rho", "without"].contains(&name) {
+                if ["seed", "rho", "without", "controls"].contains(&name) {
                     break;
                 }
                 law = law.with(name, value.parse().unwrap_or(0.0));
@@ -44,12 +49,21 @@ fn main() {
     let all =
         if short { bench.short_recordings(&laws, rho, seed) } else { bench.recordings(&laws, rho, seed) };
     let train = if short { 2 } else { 3 };
-    let found = diagnose(&bench.wrong_model(), &all[..train], &all[train..], &options, &mut |progress| {
-        eprintln!("{:3.0} % {}", 100.0 * progress.done, progress.step);
-    });
+    let model = bench.wrong_model();
+    let (trained, held_out) = all.split_at(train);
+    let mut tell = |progress: &Progress| eprintln!("{:3.0} % {}", 100.0 * progress.done, progress.step);
+    let found = diagnose(&model, trained, held_out, &options, &mut tell);
     match found {
         Err(error) => println!("{error}"),
         Ok(found) => {
+            if control_runs > 0 {
+                let begun = std::time::Instant::now();
+                match controls(&model, trained, held_out, &options, &found, control_runs, &mut tell) {
+                    Ok(controls) => println!("{}", controls.sentence()),
+                    Err(error) => println!("{error}"),
+                }
+                println!("controls took {:.0} s", begun.elapsed().as_secs_f64());
+            }
             println!("{:?}: {}", found.verdict, found.sentence);
             for effect in &found.effects {
                 println!(

@@ -94,12 +94,18 @@ impl Search<'_> {
         as_good.unwrap_or(chosen)
     }
 
+    /// Even friction where the law at a place of a set contains it.
+    pub(super) fn even_for(&self, chosen: &Member, place: usize) -> Option<usize> {
+        let rich = &self.candidates[chosen.laws[place]];
+        self.candidates.iter().position(|other| {
+            other.law.id() == EVEN && other.location == rich.location && contains(rich.law.id(), EVEN)
+        })
+    }
+
     /// The set with the friction at a place of it even, begun from the mean of its forces.
     pub(super) fn even_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
         let rich = &self.candidates[chosen.laws[place]];
-        let even = self.candidates.iter().position(|other| {
-            other.law.id() == EVEN && other.location == rich.location && contains(rich.law.id(), EVEN)
-        })?;
+        let even = self.even_for(chosen, place)?;
         let law = chosen.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
         // Forces that the richer law has at different speeds or in different directions.
         let forces = ["force", "static_force", "force_forward", "force_backward"];

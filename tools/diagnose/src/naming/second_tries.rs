@@ -57,12 +57,15 @@ impl Search<'_> {
     pub(super) fn begin_even_friction_at_uneven(&self, base: &Member, tried: &mut Vec<Tried>) {
         let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
         let even = tried.iter().filter_map(|richer| {
-            let even = self.even_instead(&richer.member, richer.member.laws.len() - 1)?;
-            let candidate = *even.laws.last()?;
-            let known = tried.iter().find(|known| known.candidate == candidate);
-            let is_better = known.is_none_or(|known| even.fitted.sum_of_squares < left(known));
-            (left(richer) < known.map_or(f64::INFINITY, left) && is_better)
-                .then(|| self.judged_on(base, even, candidate))
+            let place = richer.member.laws.len() - 1;
+            let candidate = self.even_for(&richer.member, place)?;
+            let known = tried.iter().find(|known| known.candidate == candidate).map_or(f64::INFINITY, left);
+            // Two forces always do a little better than one.
+            if left(richer) > BARRED * known {
+                return None;
+            }
+            let even = self.even_instead(&richer.member, place)?;
+            (even.fitted.sum_of_squares < known).then(|| self.judged_on(base, even, candidate))
         });
         if let Some(best) = even.min_by(by_fit) {
             tried.retain(|known| known.candidate != best.candidate);
@@ -109,6 +112,8 @@ impl Search<'_> {
 
 /// What is left is more than noise where it has this many times its power.
 pub(super) const LOUD: f64 = 1.1;
+/// A fit of even friction has stopped on its way where a richer law leaves less than this share of what it leaves.
+const BARRED: f64 = 0.9;
 /// Share of what the best law takes away that another has to take to be fitted to the end as well.
 const AS_GOOD: f64 = 0.95;
 

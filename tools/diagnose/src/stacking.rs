@@ -55,9 +55,6 @@ const STATE_CHANGE: f64 = 0.3;
 /// A start other than rest has to be this many mean squares better.
 const CLEAR: f64 = 10.0;
 
-/// The output that a controller follows: the first.
-const CONTROLLED: usize = 0;
-
 impl Stack<'_> {
     /// The same for fits that end where they are when patience is spent.
     pub(crate) fn until(self, patience: Patience) -> Self {
@@ -152,20 +149,12 @@ impl Stack<'_> {
         let mut columns: Vec<Vec<f64>> =
             responses.iter().map(|response| self.weighted(index, response)).collect();
         let mut linear = Orthonormal::default();
-        let in_loop = record.rerun.is_in_loop();
-        if !in_loop {
-            columns.iter().for_each(|column| linear.push(column.clone()));
-        }
+        columns.iter().for_each(|column| linear.push(column.clone()));
         if !self.adds_free_responses(index, hypothesis) {
             columns = self.state_responses(index, hypothesis, initial, columns)?;
         }
-        if in_loop {
-            columns.iter().for_each(|column| linear.push(column.clone()));
-        }
         for (which, output) in record.outputs.iter().enumerate() {
-            // The controller makes the reading follow the reference, wherever the sensor has its zero.
-            let is_controlled = in_loop && output.index == CONTROLLED;
-            if is_controlled || hypothesis.zero_is_known(&output.column) {
+            if hypothesis.zero_is_known(&output.column) {
                 continue;
             }
             let outputs = record.outputs.iter().enumerate();
@@ -174,7 +163,8 @@ impl Stack<'_> {
             let offset = self.weighted(index, &signals);
             let mut own = offset.clone();
             linear.remove_from(&mut own);
-            // Judged by the linear model: beside a force that depends on position an offset would be its phase.
+            // Judged by the linear model without its controller: beside a force that depends on position an offset would be its phase, and in a
+            // loop the controller makes the reading follow, wherever the sensor of a body that nothing holds has its zero.
             if dot(&own, &own) > OWN * dot(&offset, &offset) {
                 columns.push(offset);
             }

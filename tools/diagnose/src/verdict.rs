@@ -1,6 +1,6 @@
 //! From what was selected to effects, ties and a verdict.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use stillbeam_plant::Model;
 
@@ -99,15 +99,22 @@ fn weighed(found: &Weighed) -> Verdict {
 /// Whether a rival is the same set of laws with one of them seen against the ground instead of against the base: a spring of the tip that
 /// is one of the beam where the base hardly moves.
 fn is_the_same_law(chosen: &Member, rival: &Member, candidates: &[Candidate]) -> bool {
-    let names = |member: &Member| -> BTreeSet<(&str, String)> {
-        let of = |candidate: &Candidate| (candidate.law.id(), of_the_beam(&candidate.location));
-        member.laws.iter().map(|index| of(&candidates[*index])).collect()
-    };
-    names(chosen) == names(rival)
+    let of = |member: &Member| as_of_the_beam(member.laws.iter().map(|index| &candidates[*index]));
+    of(chosen) == of(rival)
 }
 
-fn of_the_beam(location: &str) -> String {
-    if location == "tip" { "beam" } else { location }.to_owned()
+/// Laws with their places and the outputs that they are about, in an order of their own, the tip being the beam's.
+fn as_of_the_beam<'c>(
+    laws: impl Iterator<Item = &'c Candidate>,
+) -> Vec<(&'static str, String, Option<String>)> {
+    let mut laws: Vec<_> = laws
+        .map(|candidate| {
+            let location = if candidate.location == "tip" { "beam" } else { &candidate.location };
+            (candidate.law.id(), location.to_owned(), candidate.column.clone())
+        })
+        .collect();
+    laws.sort();
+    laws
 }
 
 /// Whether no laws that were not tried could do the work of any law of the chosen set.
@@ -370,6 +377,25 @@ mod tests {
         let one = Weighed { is_tied_with_others: false, ..tied };
         assert_eq!(weighed(&Weighed { explained_share: 0.9, ..one }), Verdict::Improved);
         assert_eq!(weighed(&Weighed { explained_share: 0.6, ..one }), Verdict::Unexplained);
+    }
+
+    #[test]
+    fn a_law_of_the_tip_is_the_same_of_the_beam_and_one_of_another_output_is_not() {
+        let candidate = |id: &str, location: &str, column: Option<&str>| Candidate {
+            law: stillbeam_plant::catalogue::laws().iter().copied().find(|law| law.id() == id).unwrap(),
+            location: location.to_owned(),
+            column: column.map(str::to_owned),
+            trials: Vec::new(),
+            ranges: Vec::new(),
+            step_stderr: None,
+        };
+        let spring = |location: &str| candidate("cubic_stiffness", location, None);
+        let late = |column: &str| candidate("delay", "sensor", Some(column));
+        let named = |laws: &[Candidate]| as_of_the_beam(laws.iter());
+        assert_eq!(named(&[spring("tip"), late("a")]), named(&[late("a"), spring("beam")]));
+        assert_ne!(named(&[late("a")]), named(&[late("b")]));
+        assert_ne!(named(&[spring("tip"), spring("beam")]), named(&[spring("beam")]));
+        assert_ne!(named(&[spring("base")]), named(&[spring("beam")]));
     }
 
     #[test]

@@ -96,11 +96,7 @@ impl Bench {
     fn absorbed_dish(&self, menu: &[(&'static str, &'static str)], random: &mut Random) -> Option<Dish> {
         let (plan, plain) = (self.plans.first()?, self.plain.first()?);
         (0..DISHES).find_map(|_| {
-            let (id, location) = *random.pick(menu)?;
-            let dish = Dish::draw(id, location, random);
-            if !self.may_leave_out(id, location) {
-                return None;
-            }
+            let dish = self.dish(menu, random)?;
             let law = dish.at(FIRST_LOOK * dish.most(), &self.sizes(dish.location)?);
             let outcome = Rig::new(&self.kind, &[law])?.run(&plan.excitation, RATE_HZ, 1)?;
             let alone = refit(&self.start(), &[self.observed(plan, &outcome)], RATE_HZ)?;

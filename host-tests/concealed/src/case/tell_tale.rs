@@ -1,7 +1,7 @@
 //! Whether the recordings of a case hold what tells its law from others, and from the model's own parameters.
 //!
 //! Where they do not, no tool can be right, and a tie is the best answer there is: such cases are *masked*, "the tell-tale channel not
-//! recorded". Every rule below stands for two machines whose readings are the same; tests/twins.rs runs both.
+//! recorded". Every rule below stands for two machines whose readings are the same; tests/twins.rs runs such pairs of one body.
 
 use super::Concealment;
 use super::draw_machine::Family;

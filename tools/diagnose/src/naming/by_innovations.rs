@@ -57,10 +57,11 @@ impl Search<'_> {
             }
             rivals.retain(|rival| search.better_by(rival, &chosen) < separation);
             let cut_short = !selection.left_out.is_empty();
+            if !search.leaves_as_little(&chosen, &selection.chosen) {
+                return None;
+            }
             let (judged, _) = search.judge_laws(&chosen, refitted, cut_short, &selection.screened);
-            let is_sound =
-                judged.iter().all(Tried::passes) && search.leaves_as_little(&chosen, &selection.chosen);
-            is_sound.then(|| Selection {
+            judged.iter().all(Tried::passes).then(|| Selection {
                 chosen,
                 rivals,
                 judged,
@@ -72,7 +73,7 @@ impl Search<'_> {
         })
     }
 
-    /// Whether a set fitted to innovations leaves about as little of the readings as one fitted to the readings themselves. Beside noise of any
+    /// Whether a set fitted to innovations leaves about as little of the readings as what was fitted to the readings themselves. Beside noise of any
     /// colour it does; where what is left is the model's own fault, innovations only make the most of another part of it.
     fn leaves_as_little(&self, weighted: &Member, even: &Member) -> bool {
         let stack = self.study.stack(Role::Train);

@@ -213,9 +213,7 @@ impl Search<'_> {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
             tried.extend(self.fitted_ones(base, beside, next, &own));
         }
-        if !is_given_up() {
-            self.begin_even_friction_at_uneven(beside.rival, &mut tried);
-        }
+        self.begin_even_friction_at_uneven(beside.rival, place.map(|place| place.law), &mut tried);
         self.settle_the_best(beside.rival, &mut tried);
         self.settle_those_as_good(beside.rival, &mut tried);
         self.begin_the_best_elsewhere(base, beside.rival, &screened, &mut tried);

@@ -53,12 +53,23 @@ impl Search<'_> {
     }
 
     /// The way from no friction to dry friction may be barred, a damper that has made up for it standing in between, and open to the richer law
-    /// that contains it. Where that leaves less, even friction is begun from its mean.
-    pub(super) fn begin_even_friction_at_uneven(&self, base: &Member, tried: &mut Vec<Tried>) {
+    /// that contains it. Where that leaves less, even friction is begun from its mean, unless the set has it or its place is to be `taken`.
+    pub(super) fn begin_even_friction_at_uneven(
+        &self,
+        base: &Member,
+        taken: Option<usize>,
+        tried: &mut Vec<Tried>,
+    ) {
+        if self.is_over() {
+            return;
+        }
         let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
         let even = tried.iter().filter_map(|richer| {
             let place = richer.member.laws.len() - 1;
             let candidate = self.even_for(&richer.member, place)?;
+            if base.laws.contains(&candidate) || taken == Some(candidate) {
+                return None;
+            }
             let known = tried.iter().find(|known| known.candidate == candidate).map_or(f64::INFINITY, left);
             // Two forces always do a little better than one.
             if left(richer) > BARRED * known {
@@ -73,7 +84,8 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a fit leaves more than noise of the training recordings.
+    /// Whether a fit leaves more than noise of the training recordings. By innovations none does: what they are made of is as loud as noise
+    /// by definition.
     pub(super) fn is_louder_than_noise(&self, fitted: &Fitted) -> bool {
         fitted.sum_of_squares > LOUD * self.study.stack(Role::Train).present() as f64
     }

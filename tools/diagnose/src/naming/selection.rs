@@ -175,7 +175,8 @@ impl Search<'_> {
     /// the second is looked for beside it all the same, and both stay only if neither can go. Beside laws that are there already only
     /// where much is left: what no further law explains is mostly small.
     fn two_at_once(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
-        if !chosen.laws.is_empty() && !self.leaves_much(chosen) {
+        let is_room = chosen.laws.len() + 2 <= self.options.most_terms;
+        if !is_room || (!chosen.laws.is_empty() && !self.leaves_much(chosen)) {
             return None;
         }
         let mut firsts: Vec<&Tried> = tried.iter().filter(|tried| tried.may_lack_another()).collect();
@@ -191,7 +192,8 @@ impl Search<'_> {
         pairs.filter(needed).min_by(by_fit)
     }
 
-    /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be missing from it.
+    /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be missing from it. By innovations
+    /// nothing is: what they are made of is as loud as noise by definition.
     fn leaves_much(&self, member: &Member) -> bool {
         let noise = self.study.stack(Role::Train).present() as f64;
         member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured

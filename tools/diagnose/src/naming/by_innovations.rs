@@ -120,7 +120,7 @@ impl Search<'_> {
     }
 
     /// A set with the values that it has, its residuals weighted as the study's are now.
-    fn reweighted(&self, member: Member) -> Option<Member> {
+    pub(super) fn reweighted(&self, member: Member) -> Option<Member> {
         let Fitted { hypothesis, .. } = &member.fitted;
         let states = member.fitted.initial_states();
         let records = self.study.stack(Role::Train).evaluate(hypothesis, &states)?;
@@ -140,7 +140,7 @@ mod tests {
     use stillbeam_plant::Physics;
 
     use super::explained_share;
-    use crate::naming::on_a_spring::{machine, shaken_runs};
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched, shaken_runs, stopped_at};
     use crate::{Diagnosis, Options, diagnose};
 
     #[test]
@@ -148,6 +148,16 @@ mod tests {
         assert!((explained_share([5000.0, 2000.0], 1000.0) - 0.75).abs() < 1e-12);
         assert!((explained_share([5000.0, 900.0], 1000.0) - 1.025).abs() < 1e-12, "noise fitted, too");
         assert!((explained_share([1050.0, 1200.0], 1000.0) - 1.0).abs() < 1e-12, "nothing was louder");
+    }
+
+    #[test]
+    fn a_fit_to_innovations_that_leaves_much_more_of_the_readings_is_not_taken() {
+        let noisy = |amplitudes: &[f64]| noisy_runs(&machine(), amplitudes, 1e-5);
+        searched(&noisy(&[3.0]), &noisy(&[5.0]), |search, refitted| {
+            assert!(search.leaves_as_little(&refitted, &refitted));
+            let other = stopped_at(search, &refitted, |_| 1.2);
+            assert!(!search.leaves_as_little(&other, &refitted));
+        });
     }
 
     const SHAKING_N: f64 = 0.3;

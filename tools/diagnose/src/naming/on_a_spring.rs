@@ -3,14 +3,16 @@
 use rand_distr::{Bernoulli, Distribution, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use stillbeam_plant::{Model, simulate};
-use stillbeam_recording::Recording;
+use stillbeam_identify::tall::dot;
+use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_recording::{Recording, Role};
 
 use super::scales::Scales;
 use super::selection::Search;
 use super::sets::Member;
-use super::trials::all_candidates;
+use super::trials::{Candidate, all_candidates};
 use crate::comparison::compare;
+use crate::fit::{Fitted, Others};
 use crate::options::Options;
 use crate::patience::Patience;
 use crate::simulation::Hypothesis;
@@ -107,11 +109,34 @@ pub(crate) fn noisy_runs(machine: &Model, amplitudes: &[f64], noise_m: f64) -> V
     runs(machine, amplitudes).into_iter().map(noisy).collect()
 }
 
+/// A fit of one law on top of a set, begun from this one.
+pub(crate) fn fitted_with(search: &Search<'_>, base: &Member, law: &Physics) -> Member {
+    let is_it = |c: &Candidate| c.law.id() == law.id && c.location == law.location;
+    let candidate = search.candidates.iter().position(is_it).unwrap();
+    let names = search.candidates[candidate].amplitude_names();
+    let number = base.laws.len() + 1;
+    let begun = search.extended(base, candidate, law, number, &names, Others::Searched).unwrap();
+    search.finished(search.member([&base.laws[..], &[candidate]].concat(), begun).unwrap())
+}
+
+/// The same set as a fit would have it that stopped elsewhere: every value times a factor, by its path.
+pub(crate) fn stopped_at(search: &Search<'_>, set: &Member, factor: impl Fn(&str) -> f64) -> Member {
+    let fitted = &set.fitted;
+    let values = fitted.free.iter().zip(&fitted.values);
+    let values: Vec<f64> = values.map(|(free, value)| factor(&free.path) * value).collect();
+    let hypothesis = fitted.hypothesis.with_values(&fitted.free, &values).unwrap();
+    let stack = search.study.stack(Role::Train);
+    let records = stack.evaluate(&hypothesis, &fitted.initial_states()).unwrap();
+    let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+    let stopped = Fitted { hypothesis, values, records, sum_of_squares, ..fitted.clone() };
+    search.member(set.laws.clone(), stopped).unwrap()
+}
+
 /// A search around the machine, beside the refit to what was recorded of another one; and that refit.
 pub(crate) fn searched<T>(
     recorded: &[Recording],
     held_out: &[Recording],
-    look: impl FnOnce(&Search<'_>, Member) -> T,
+    look: impl FnOnce(&mut Search<'_>, Member) -> T,
 ) -> T {
     let given = machine();
     let mut study = Study::new(&given, recorded, held_out).unwrap();
@@ -120,7 +145,7 @@ pub(crate) fn searched<T>(
     let starts = compared.refitted.initial_states();
     let scales = Scales::new(&compared.refitted.hypothesis, &study.train, &starts).unwrap();
     let candidates = all_candidates(&compared.refitted.hypothesis, &scales, &study.train, &[], &[]);
-    let search = Search {
+    let mut search = Search {
         given_laws: 0,
         given: &given,
         candidates: &candidates,
@@ -133,5 +158,5 @@ pub(crate) fn searched<T>(
         study: &mut study,
     };
     let refitted = search.member(Vec::new(), compared.refitted).unwrap();
-    look(&search, refitted)
+    look(&mut search, refitted)
 }

@@ -148,7 +148,8 @@ mod tests {
     use stillbeam_plant::{Model, Physics};
 
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::noise::NoiseFloor;
 
     const NOISE_M: f64 = 1e-5;
 
@@ -200,5 +201,34 @@ mod tests {
         let bound = within(9.0).expect("three times the damping is another damper");
         assert!((bound - 6.0).abs() < 1e-6, "damping is known to a factor of two: {bound} N s/m");
         assert_eq!(within(4.0), None, "the refit did not go that far");
+    }
+
+    #[test]
+    fn a_law_beside_another_machine_explains_nothing_that_is_louder_than_noise() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let is_explained = |damping: f64| {
+            let mut truth = machine();
+            truth.set_parameter("damper.mass-ground.damping", damping).unwrap();
+            truth.setup_mut().physics = vec![spring.clone()];
+            // Louder than what a spline through the force's samples and straight lines between them make of it.
+            let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 30.0 * NOISE_M);
+            searched(&noisy(&[3.0, 6.0]), &noisy(&[4.5]), |search, refitted| {
+                let set = search.weighed_again(fitted_with(search, &refitted, &spring));
+                // As if repeats had shown that the noise is a third of what is left.
+                let third = |floor: &NoiseFloor| NoiseFloor { rms: floor.rms / 3.0, ..*floor };
+                let floors: Vec<Option<NoiseFloor>> =
+                    search.floors.iter().map(|floor| floor.as_ref().map(third)).collect();
+                search.study.weigh_by_floors(&floors);
+                let [set, refitted] = [set, refitted].map(|member| search.reweighted(member).unwrap());
+                assert!(search.is_louder_than_noise(&set.fitted));
+                assert_ne!(search.rest(&set), Rest::Structured);
+                let candidate = set.laws[0];
+                let tried = search.judged_on(&refitted, set, candidate);
+                assert!(tried.passes(), "{:?}", tried.gates);
+                search.is_explained(&[tried])
+            })
+        };
+        assert!(is_explained(3.0), "the machine as drawn");
+        assert!(!is_explained(9.0), "a damper three times the drawn one");
     }
 }

@@ -159,10 +159,7 @@ fn turned(law: &Physics) -> Option<Physics> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{Fitted, Others};
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
-    use crate::naming::trials::Candidate;
-    use crate::stacking::RecordFit;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
 
     const NOISE_M: f64 = 1e-5;
 
@@ -172,11 +169,7 @@ mod tests {
         truth.setup_mut().physics = vec![true_law.clone()];
         let train = noisy_runs(&truth, &[3.0, 9.0], NOISE_M);
         searched(&train, &noisy_runs(&truth, &[5.0], NOISE_M), |search, refitted| {
-            let is_it = |c: &Candidate| c.law.id() == begun.id && c.location == begun.location;
-            let candidate = search.candidates.iter().position(is_it).unwrap();
-            let names = search.candidates[candidate].amplitude_names();
-            let fitted = search.extended(&refitted, candidate, begun, 1, &names, Others::Searched).unwrap();
-            let wrong = search.finished(search.member(vec![candidate], fitted).unwrap());
+            let wrong = fitted_with(search, &refitted, begun);
             let law = |member: &Member| member.fitted.hypothesis.model.setup().physics[0].clone();
             let right = search.finished(search.in_the_deepest_valleys(wrong.clone()));
             [law(&wrong), law(&right)]
@@ -238,11 +231,8 @@ mod tests {
         truth.setup_mut().physics = vec![dip];
         let train = noisy_runs(&truth, &[3.0, 9.0], NOISE_M);
         let (id, parameters) = searched(&train, &noisy_runs(&truth, &[5.0], NOISE_M), |search, refitted| {
-            let even = search.candidates.iter().position(|c| c.law.id() == "coulomb_friction").unwrap();
-            let names = search.candidates[even].amplitude_names();
             let law = Physics::new("coulomb_friction", "mass").with("force", 0.8);
-            let begun = search.extended(&refitted, even, &law, 1, &names, Others::Searched).unwrap();
-            let set = search.finished(search.member(vec![even], begun).unwrap());
+            let set = fitted_with(search, &refitted, &law);
             let found = search.finished(search.in_the_deepest_valleys(set));
             let law = found.fitted.hypothesis.model.setup().physics[0].clone();
             (law.id, law.parameters)
@@ -259,19 +249,9 @@ mod tests {
         truth.setup_mut().physics = vec![friction.clone()];
         let train = noisy_runs(&truth, &[3.0, 9.0], NOISE_M);
         searched(&train, &noisy_runs(&truth, &[5.0], NOISE_M), |search, refitted| {
-            let even = search.candidates.iter().position(|c| c.law.id() == "coulomb_friction").unwrap();
-            let names = search.candidates[even].amplitude_names();
-            let begun = search.extended(&refitted, even, &friction, 1, &names, Others::Searched).unwrap();
-            let near = search.member(vec![even], begun).unwrap();
+            let near = fitted_with(search, &refitted, &friction);
             assert!(search.nearer_the_drawing(&near).is_none(), "nothing went far");
-            let stack = search.study.stack(Role::Train);
-            let values: Vec<f64> = near.fitted.values.iter().map(|value| 1.6 * value).collect();
-            let hypothesis = near.fitted.hypothesis.with_values(&near.fitted.free, &values).unwrap();
-            let records = stack.evaluate(&hypothesis, &near.fitted.initial_states()).unwrap();
-            let squares = |fit: &RecordFit| fit.residuals.iter().map(|r| r * r).sum::<f64>();
-            let sum_of_squares = records.iter().map(squares).sum();
-            let far = Fitted { hypothesis, values, records, sum_of_squares, ..near.fitted.clone() };
-            let far = search.member(vec![even], far).unwrap();
+            let far = stopped_at(search, &near, |_| 1.6);
             let back = search.nearer_the_drawing(&far).expect("the drawing is a better start");
             let mass = back.fitted.hypothesis.model.parameter("body.mass.mass").unwrap();
             let force = back.fitted.hypothesis.model.setup().physics[0].parameters["force"];

@@ -134,7 +134,7 @@ mod tests {
     use stillbeam_plant::Physics;
 
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
     use crate::naming::trials::Trial;
 
     #[test]
@@ -146,11 +146,8 @@ mod tests {
         truth.setup_mut().physics = vec![wave(0.025, 0.7)];
         let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
         searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
-            let candidate = search.candidates.iter().position(|c| c.law.id() == "cogging").unwrap();
-            let names = search.candidates[candidate].amplitude_names();
-            let begun =
-                search.extended(&refitted, candidate, &wave(0.11, 0.5), 1, &names, Others::Searched).unwrap();
-            let wrong = search.finished(search.member(vec![candidate], begun).unwrap());
+            let wrong = fitted_with(search, &refitted, &wave(0.11, 0.5));
+            let candidate = wrong.laws[0];
             let mut tried = [search.judged_on(&refitted, wrong, candidate)];
             assert!(tried[0].gates.iter().any(|gate| gate.name == "held out" && !gate.passed));
             // As if training left no doubt, as it does where it shows less than a period.
@@ -175,6 +172,68 @@ mod tests {
             let law = &tried[0].member.fitted.hypothesis.model.setup().physics[0];
             assert!(tried[0].passes(), "{:?}", tried[0].gates);
             assert!((law.parameters["period"] / 0.025 - 1.0).abs() < 1e-2, "{law:?}");
+        });
+    }
+    fn friction(force: f64) -> Physics {
+        Physics::new("coulomb_friction", "mass").with("force", force)
+    }
+
+    /// Does something beside the refit to runs of a machine with this law.
+    fn beside_the_refit<T>(law: Physics, look: impl FnOnce(&mut Search<'_>, Member) -> T) -> T {
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![law];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), look)
+    }
+
+    #[test]
+    fn what_passes_and_leaves_more_than_noise_is_fitted_to_the_end() {
+        let spring = |stiffness: f64| Physics::new("cubic_stiffness", "mass").with("stiffness", stiffness);
+        beside_the_refit(spring(3e4), |search, refitted| {
+            let right = fitted_with(search, &refitted, &spring(2e4));
+            let right = search.weighed_again(right);
+            let refitted = search.reweighted(refitted).unwrap();
+            let short =
+                stopped_at(search, &right, |path| if path.starts_with("physics.") { 0.95 } else { 1.0 });
+            let candidate = right.laws[0];
+            let mut tried = [search.judged_on(&refitted, short, candidate)];
+            assert!(tried[0].passes(), "{:?}", tried[0].gates);
+            assert!(search.is_louder_than_noise(&tried[0].member.fitted));
+            search.settle_those_as_good(&refitted, &mut tried);
+            assert!(!search.is_louder_than_noise(&tried[0].member.fitted));
+            let law = &tried[0].member.fitted.hypothesis.model.setup().physics[0];
+            assert!((law.parameters["stiffness"] / 3e4 - 1.0).abs() < 0.01, "{law:?}");
+        });
+    }
+
+    #[test]
+    fn even_friction_is_begun_where_uneven_friction_has_found_its_way() {
+        let uneven = |forward: f64, backward: f64| {
+            Physics::new("asymmetric_friction", "mass")
+                .with("force_forward", forward)
+                .with("force_backward", backward)
+        };
+        beside_the_refit(friction(1.2), |search, refitted| {
+            let there = fitted_with(search, &refitted, &uneven(1.0, 1.0));
+            let candidate = there.laws[0];
+            let richer = search.judged_on(&refitted, there, candidate);
+            let begun_again = |tried: &[Tried], taken: Option<usize>| {
+                let mut tried = tried.to_vec();
+                search.begin_even_friction_at_uneven(&refitted, taken, &mut tried);
+                tried
+            };
+            let found = begun_again(std::slice::from_ref(&richer), None);
+            let even = found.iter().find(|tried| tried.candidate != richer.candidate).expect("even friction");
+            let law = &even.member.fitted.hypothesis.model.setup().physics[0];
+            assert_eq!(law.id, "coulomb_friction");
+            assert!((law.parameters["force"] / 1.2 - 1.0).abs() < 0.01, "{law:?}");
+            assert!(even.passes(), "{:?}", even.gates);
+            assert_eq!(
+                begun_again(std::slice::from_ref(&richer), Some(even.candidate)).len(),
+                1,
+                "its place is taken"
+            );
+            assert_eq!(begun_again(&found, None).len(), 2, "as good as it gets already");
         });
     }
 }

@@ -258,7 +258,9 @@ const MUCH: f64 = 2.0;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use stillbeam_plant::Physics;
+
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
 
     #[test]
     fn a_rival_is_known_in_whatever_order_its_laws_were_added() {
@@ -282,5 +284,20 @@ mod tests {
     fn the_same_laws_in_another_order_are_the_same_set() {
         assert_eq!(as_set(&[7, 2, 5]), as_set(&[5, 7, 2]));
         assert_ne!(as_set(&[7, 2]), as_set(&[7, 2, 5]));
+    }
+
+    #[test]
+    fn two_laws_at_once_are_looked_for_where_much_is_left_that_goes_with_the_motion() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![spring.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let found = fitted_with(search, &refitted, &spring);
+            let found = search.weighed_again(found);
+            let refitted = search.reweighted(refitted).unwrap();
+            assert!(search.leaves_much(&refitted));
+            assert!(!search.leaves_much(&found));
+        });
     }
 }

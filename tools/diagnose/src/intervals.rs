@@ -52,7 +52,7 @@ impl Scatter {
     }
 }
 
-/// Standard errors of the free parameters, in their own units; infinite where two cannot be told apart.
+/// Standard errors of the free parameters, in their own units; infinite where two cannot be told apart, or one does nothing.
 pub(crate) fn standard_errors(stack: &Stack<'_>, fitted: &Fitted, slowest_hz: Option<f64>) -> Vec<f64> {
     errors_from(stack, fitted, fitted.sensitivities(stack), slowest_hz)
 }
@@ -75,7 +75,10 @@ fn errors_from(
         Some(influences) => influences
             .iter()
             .zip(slopes)
-            .map(|(influence, slope)| scatter.variance_of_sum(influence).sqrt() * slope.abs())
+            .map(|(influence, slope)| match influence {
+                Some(influence) => scatter.variance_of_sum(influence).sqrt() * slope.abs(),
+                None => f64::INFINITY,
+            })
             .collect(),
     }
 }
@@ -141,6 +144,11 @@ pub(crate) fn precision(
     let mut errors = Vec::new();
     let mut agreements = Vec::new();
     for (index, influence) in influences.iter().enumerate() {
+        let Some(influence) = influence else {
+            errors.push(f64::INFINITY);
+            agreements.push(None);
+            continue;
+        };
         let (parameter, value) = (&fitted.free[index], fitted.values[index]);
         let slope = parameter.slope(parameter.to_search(value)).abs();
         errors.push(scatter.variance_of_sum(influence).sqrt() * slope);
@@ -182,7 +190,7 @@ pub(crate) fn precision(
 /// Recordings of motion alone do not tell masses from forces: a base that is moved, a body that is let go do the same with all masses,
 /// springs, dampers and forces twice as large. What such recordings leave undetermined stays as given, and what is found is
 /// right only as far as that is.
-fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Vec<f64>]) -> Vec<f64> {
+fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Option<Vec<f64>>]) -> Vec<f64> {
     let is_free = |path: &str| fitted.free.iter().any(|free| free.path == path);
     let mut held = free_parameters(&fitted.hypothesis);
     held.retain(|parameter| !is_free(&parameter.path) && parameter.given != 0.0);
@@ -194,6 +202,7 @@ fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Vec<f64>]) -> 
         .iter()
         .zip(slopes)
         .map(|(influence, slope)| {
+            let Some(influence) = influence else { return 0.0 };
             let shifts = held.iter().zip(&columns).map(|(held, column)| {
                 // Search coordinates are logarithms, or shares of what was given.
                 dot(influence, column) * held.known_within().ln() / WITHIN
@@ -227,36 +236,52 @@ fn inverse_of(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(&eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose())
 }
 
-/// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter.
-fn influences(columns: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+/// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter; `None` for a parameter that
+/// moves no residual, of which nothing is known. Noise before a rounding is such a one where there is too little of it to change a reading.
+fn influences(columns: &[Vec<f64>]) -> Option<Vec<Option<Vec<f64>>>> {
     let products = gram(columns);
     let lengths: Vec<f64> = products.diagonal().iter().map(|square| square.sqrt()).collect();
-    if lengths.iter().any(|length| !(length.is_normal() && length.is_finite())) {
+    let telling: Vec<usize> = (0..columns.len()).filter(|&index| lengths[index] != 0.0).collect();
+    if telling.iter().any(|&index| !lengths[index].is_normal()) {
         return None;
     }
-    let n = columns.len();
-    if n == 0 {
-        return Some(Vec::new());
+    let mut influences = vec![None; columns.len()];
+    if telling.is_empty() {
+        return Some(influences);
     }
-    let scaled = DMatrix::from_fn(n, n, |i, j| products[(i, j)] / (lengths[i] * lengths[j]));
+    let scaled = DMatrix::from_fn(telling.len(), telling.len(), |row, column| {
+        let (i, j) = (telling[row], telling[column]);
+        products[(i, j)] / (lengths[i] * lengths[j])
+    });
     let inverse = inverse_of(scaled)?;
     let rows = columns.first().map_or(0, Vec::len);
-    Some(
-        (0..n)
-            .map(|i| {
-                let mut influence = vec![0.0; rows];
-                for (j, column) in columns.iter().enumerate() {
-                    add_scaled(&mut influence, inverse[(i, j)] / (lengths[i] * lengths[j]), column);
-                }
-                influence
-            })
-            .collect(),
-    )
+    for (row, &i) in telling.iter().enumerate() {
+        let mut influence = vec![0.0; rows];
+        for (column, &j) in telling.iter().enumerate() {
+            add_scaled(&mut influence, inverse[(row, column)] / (lengths[i] * lengths[j]), &columns[j]);
+        }
+        influences[i] = Some(influence);
+    }
+    Some(influences)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_parameter_that_does_nothing_is_unknown_and_leaves_the_others_known() {
+        let columns = [vec![1.0, 0.0, 1.0], vec![0.0; 3], vec![0.0, 2.0, 0.0]];
+        let known = influences(&columns).expect("two of them are known");
+        let close = |got: &Option<Vec<f64>>, wanted: [f64; 3]| {
+            let got = got.as_ref().expect("it moves residuals");
+            got.iter().zip(wanted).all(|(got, wanted)| (got - wanted).abs() < 1e-12)
+        };
+        assert!(close(&known[0], [0.5, 0.0, 0.5]) && close(&known[2], [0.0, 0.5, 0.0]), "{known:?}");
+        assert_eq!(known[1], None);
+        assert_eq!(influences(&[vec![f64::NAN; 3]]), None);
+        assert_eq!(influences(&[vec![0.0; 3]]), Some(vec![None]));
+    }
 
     #[test]
     fn only_recordings_that_disagree_beyond_chance_widen_an_interval() {

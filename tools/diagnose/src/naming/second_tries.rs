@@ -1,6 +1,9 @@
 //! What fits best and does not pass is tried again before it is given up: fitted to the end, and begun at its other shapes.
 
+use std::f64::consts::FRAC_PI_2;
+
 use rayon::prelude::*;
+use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
 use super::gates::DOUBT;
@@ -109,10 +112,26 @@ impl Search<'_> {
             let begun = self.begun(base, &at, &physics, Others::Known(&own))?;
             self.try_on(rival, &at, &begun).filter(Tried::passes)
         });
-        let elsewhere = elsewhere.collect::<Vec<Tried>>();
-        if let Some(found) = elsewhere.into_iter().min_by(by_fit) {
+        let elsewhere = elsewhere.collect::<Vec<Tried>>().into_iter().min_by(by_fit);
+        if let Some(found) = elsewhere.or_else(|| self.at_another_octave(rival, best)) {
             *best = found;
         }
+    }
+
+    /// A wave as it passes at twice or half its period: over a travel of a few periods one does much of what the other does, and a fit ends
+    /// in the one beside which it began.
+    fn at_another_octave(&self, rival: &Member, wave: &Tried) -> Option<Tried> {
+        let place = wave.member.laws.len() - 1;
+        let law = wave.member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        let begun: Vec<Member> = octaves(law)
+            .par_iter()
+            .filter_map(|octave| self.exchanged(&wave.member, place, wave.candidate, octave))
+            .collect();
+        let best = begun
+            .into_iter()
+            .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
+            .filter(|best| best.fitted.sum_of_squares < wave.member.fitted.sum_of_squares)?;
+        Some(self.judged_on(rival, self.finished(best), wave.candidate)).filter(Tried::passes)
     }
 
     /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be that its fit is no good yet.
@@ -120,6 +139,15 @@ impl Search<'_> {
         let beyond_doubt = tried.training.t() > DOUBT * self.options.training_gate;
         !tried.passes() && tried.may_lack_another() && beyond_doubt && !self.is_over()
     }
+}
+
+/// A wave at twice and at half its period, wherever it begins; none of what is no wave.
+fn octaves(law: &Physics) -> Vec<Physics> {
+    let Some(&period) = law.parameters.get("period") else { return Vec::new() };
+    let wave = |times: f64, quarter: i32| {
+        law.clone().with("period", times * period).with("phase", FRAC_PI_2 * f64::from(quarter))
+    };
+    [2.0, 0.5].iter().flat_map(|&times| (0..4).map(move |quarter| wave(times, quarter))).collect()
 }
 
 /// What is left is more than noise where it has this many times its power.
@@ -131,8 +159,6 @@ const AS_GOOD: f64 = 0.95;
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
-
     use super::*;
     use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
     use crate::naming::trials::Trial;
@@ -235,5 +261,30 @@ mod tests {
             );
             assert_eq!(begun_again(&found, None).len(), 2, "as good as it gets already");
         });
+    }
+
+    #[test]
+    fn a_wave_at_the_wrong_octave_is_left_for_the_one_that_passes() {
+        let wave = |period: f64, force: f64| {
+            Physics::new("cogging", "mass").with("force", force).with("period", period).with("phase", 0.4)
+        };
+        for (truth, times) in [(0.06, 0.5), (0.03, 2.0)] {
+            beside_the_refit(wave(truth, 0.7), |search, refitted| {
+                let found = fitted_with(search, &refitted, &wave(truth, 0.5));
+                let octave = |path: &str| if path.ends_with("period") { times } else { 1.0 };
+                let wrong = stopped_at(search, &found, octave);
+                let law = |set: &Member| set.fitted.hypothesis.model.setup().physics[0].clone();
+                let candidate = wrong.laws[0];
+                let wrong = search.judged_on(&refitted, wrong, candidate);
+                let right = search.at_another_octave(&refitted, &wrong).expect("it passes");
+                let period = law(&right.member).parameters["period"];
+                assert!((period / truth - 1.0).abs() < 1e-2, "{period} m");
+            });
+        }
+    }
+
+    #[test]
+    fn what_is_no_wave_has_no_octaves() {
+        assert!(octaves(&friction(1.0)).is_empty());
     }
 }

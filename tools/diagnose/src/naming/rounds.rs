@@ -175,13 +175,15 @@ impl Search<'_> {
         // What is worth looking at is there before it is simulated, to a factor of two.
         let least_explained = if rest == Rest::Noise { (0.5 * least_t).powi(2) } else { 0.0 };
         let leaving = Leaving { least_explained, is_given_up: &is_given_up };
-        let screened = screen(&stack, &base.fitted, self.candidates, self.study.slowest_hz, &leaving);
+        let smooth = self.without_rounding(base);
+        let seen_from = smooth.as_ref().unwrap_or(base);
+        let screened = screen(&stack, &seen_from.fitted, self.candidates, self.study.slowest_hz, &leaving);
         if is_given_up() {
             return (Vec::new(), Vec::new());
         }
         let mut promising = self.promising(base, &screened, least_t);
         promising.retain(|screened| place.is_none_or(|place| place.law != screened.candidate));
-        let (absorbing, own) = directions(&stack, base);
+        let (absorbing, own) = directions(&stack, seen_from);
         let only_decays = stack.records.iter().all(|record| record.input.is_none());
         let others = if only_decays && own.len() <= SEARCHED_ALONG {
             Others::Known(&own)
@@ -191,17 +193,17 @@ impl Search<'_> {
         let mut sketched: Vec<Sketched<'_>> = promising
             .par_iter()
             .filter(|_| !is_given_up())
-            .filter_map(|screened| self.sketch(base, screened, others))
+            .filter_map(|screened| self.sketch(seen_from, screened, others))
             .collect();
-        sketched.retain(|sketched| self.may_pass(base, sketched));
+        sketched.retain(|sketched| self.may_pass(seen_from, sketched));
         sketched.sort_by(|a, b| a.left.total_cmp(&b.left));
-        let before = base.fitted.sum_of_squares;
-        let best = match place {
-            Some(place) => before - place.left,
-            None => sketched.first().map_or(0.0, |best| before - best.left),
-        };
-        let contenders =
-            sketched.iter().take_while(|sketched| before - sketched.left > CONTENDS * best).count();
+        if smooth.is_some() {
+            // Where the fit is to begin is known; it has not begun.
+            sketched.iter_mut().for_each(|sketched| sketched.begun = None);
+        }
+        // What a law does to readings that are rounded is not what it does to those that are not.
+        let comparable = place.filter(|_| smooth.is_none());
+        let contenders = contenders(&sketched, seen_from.fitted.sum_of_squares, comparable);
         let fitted = match place {
             Some(_) => contenders.min(*FITTED_PER_ROUND.end()),
             None => contenders.clamp(*FITTED_PER_ROUND.start(), *FITTED_PER_ROUND.end()).min(sketched.len()),
@@ -220,6 +222,19 @@ impl Search<'_> {
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);
         (screened, tried)
+    }
+
+    /// The set as its readings would be without rounding, where they are rounded: next to a step what another law and the parameters
+    /// that follow do is no straight line, and a law that they hide for the most part looks like nothing.
+    fn without_rounding(&self, base: &Member) -> Option<Member> {
+        let hypothesis = base.fitted.hypothesis.unrounded()?;
+        let stack = self.study.stack(Role::Train);
+        let records = stack.evaluate(&hypothesis, &base.fitted.initial_states())?;
+        let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+        Some(Member {
+            fitted: Fitted { hypothesis, records, sum_of_squares, ..base.fitted.clone() },
+            ..base.clone()
+        })
     }
 
     /// Standard errors that a further law must have on the training recordings: where nothing is left that goes with the motion, it must
@@ -465,6 +480,15 @@ impl Search<'_> {
     }
 }
 
+/// How many of the sketches, the best first, take away a good part of what the best does, or what the law does whose place is to be taken.
+fn contenders(sketched: &[Sketched<'_>], before: f64, place: Option<Place>) -> usize {
+    let best = match place {
+        Some(place) => before - place.left,
+        None => sketched.first().map_or(0.0, |best| before - best.left),
+    };
+    sketched.iter().take_while(|sketched| before - sketched.left > CONTENDS * best).count()
+}
+
 pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
@@ -504,8 +528,10 @@ impl Trial {
 mod tests {
     use stillbeam_plant::Physics;
 
+    use stillbeam_recording::Recording;
+
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
 
     #[test]
     fn in_a_laws_place_only_what_does_its_work_is_fitted_and_the_law_itself_is_not() {
@@ -550,6 +576,42 @@ mod tests {
             assert!(has(&likely, "coulomb_friction") && likely.len() < all.len(), "{likely:?}");
             let none = seen(f64::MAX);
             assert!(!has(&none, "coulomb_friction") && has(&none, "saturation"), "no force: {none:?}");
+        });
+    }
+
+    #[test]
+    fn beside_a_rounding_laws_are_looked_for_as_if_readings_had_no_steps() {
+        const SPRING: f64 = -100.0;
+        let step = 2e-3;
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", SPRING)];
+        let rounded = |amplitudes: &[f64]| -> Vec<Recording> {
+            let round = |recording: Recording| {
+                let position = recording.column("position_m").unwrap().iter();
+                let read = position.map(|x| (x / step).round() * step).collect();
+                let force = recording.column("force_N").unwrap().to_vec();
+                Recording::new(recording.name, recording.time_s)
+                    .with_column("force_N", force)
+                    .with_column("position_m", read)
+            };
+            noisy_runs(&truth, amplitudes, 0.05 * step).into_iter().map(round).collect()
+        };
+        searched(&rounded(&[3.0, 9.0]), &rounded(&[5.0]), |search, refitted| {
+            let law = Physics::new("quantisation", "sensor").with("step", step).with("dither", 0.05 * step);
+            let rounding = fitted_with(search, &refitted, &law);
+            let rounding = search.weighed_again(rounding);
+            assert!(search.without_rounding(&refitted).is_none(), "nothing rounds");
+            let smooth = search.without_rounding(&rounding).expect("it rounds");
+            assert!(smooth.fitted.hypothesis.unrounded().is_none(), "no steps");
+            let (_, tried) = search.round(&rounding);
+            let is_cubic = |t: &&Tried| search.candidates[t.candidate].law.id() == "cubic_stiffness";
+            let cubic = tried.iter().find(is_cubic).expect("it is fitted");
+            assert!(cubic.passes(), "{:?}", cubic.gates);
+            let smooth = search.without_rounding(&cubic.member).unwrap();
+            let left = |set: &Member| set.fitted.sum_of_squares;
+            assert!(left(&smooth) > 1.5 * left(&cubic.member), "the steps are left");
+            let (_, stiffness, stderr, ..) = &cubic.parameters[0];
+            assert!((stiffness - SPRING).abs() < 4.0 * stderr, "{stiffness} ± {stderr}");
         });
     }
 }

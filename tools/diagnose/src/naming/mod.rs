@@ -21,3 +21,4 @@ pub(crate) mod selection;
 pub(crate) mod sets;
 pub(crate) mod stand_ins;
 pub(crate) mod trials;
+mod without_rounding;

@@ -224,19 +224,6 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// The set as its readings would be without rounding, where they are rounded: next to a step what another law and the parameters
-    /// that follow do is no straight line, and a law that they hide for the most part looks like nothing.
-    fn without_rounding(&self, base: &Member) -> Option<Member> {
-        let hypothesis = base.fitted.hypothesis.unrounded()?;
-        let stack = self.study.stack(Role::Train);
-        let records = stack.evaluate(&hypothesis, &base.fitted.initial_states())?;
-        let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
-        Some(Member {
-            fitted: Fitted { hypothesis, records, sum_of_squares, ..base.fitted.clone() },
-            ..base.clone()
-        })
-    }
-
     /// Standard errors that a further law must have on the training recordings: where nothing is left that goes with the motion, it must
     /// be beyond doubt. A random force that shakes a resonance looks much like a steady tone.
     fn least_t(&self, rest: Rest) -> f64 {
@@ -528,10 +515,8 @@ impl Trial {
 mod tests {
     use stillbeam_plant::Physics;
 
-    use stillbeam_recording::Recording;
-
     use super::*;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
 
     #[test]
     fn in_a_laws_place_only_what_does_its_work_is_fitted_and_the_law_itself_is_not() {
@@ -576,42 +561,6 @@ mod tests {
             assert!(has(&likely, "coulomb_friction") && likely.len() < all.len(), "{likely:?}");
             let none = seen(f64::MAX);
             assert!(!has(&none, "coulomb_friction") && has(&none, "saturation"), "no force: {none:?}");
-        });
-    }
-
-    #[test]
-    fn beside_a_rounding_laws_are_looked_for_as_if_readings_had_no_steps() {
-        const SPRING: f64 = -100.0;
-        let step = 2e-3;
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", SPRING)];
-        let rounded = |amplitudes: &[f64]| -> Vec<Recording> {
-            let round = |recording: Recording| {
-                let position = recording.column("position_m").unwrap().iter();
-                let read = position.map(|x| (x / step).round() * step).collect();
-                let force = recording.column("force_N").unwrap().to_vec();
-                Recording::new(recording.name, recording.time_s)
-                    .with_column("force_N", force)
-                    .with_column("position_m", read)
-            };
-            noisy_runs(&truth, amplitudes, 0.05 * step).into_iter().map(round).collect()
-        };
-        searched(&rounded(&[3.0, 9.0]), &rounded(&[5.0]), |search, refitted| {
-            let law = Physics::new("quantisation", "sensor").with("step", step).with("dither", 0.05 * step);
-            let rounding = fitted_with(search, &refitted, &law);
-            let rounding = search.weighed_again(rounding);
-            assert!(search.without_rounding(&refitted).is_none(), "nothing rounds");
-            let smooth = search.without_rounding(&rounding).expect("it rounds");
-            assert!(smooth.fitted.hypothesis.unrounded().is_none(), "no steps");
-            let (_, tried) = search.round(&rounding);
-            let is_cubic = |t: &&Tried| search.candidates[t.candidate].law.id() == "cubic_stiffness";
-            let cubic = tried.iter().find(is_cubic).expect("it is fitted");
-            assert!(cubic.passes(), "{:?}", cubic.gates);
-            let smooth = search.without_rounding(&cubic.member).unwrap();
-            let left = |set: &Member| set.fitted.sum_of_squares;
-            assert!(left(&smooth) > 1.5 * left(&cubic.member), "the steps are left");
-            let (_, stiffness, stderr, ..) = &cubic.parameters[0];
-            assert!((stiffness - SPRING).abs() < 4.0 * stderr, "{stiffness} ± {stderr}");
         });
     }
 }

@@ -27,6 +27,8 @@ pub struct Controls {
     pub null_runs: usize,
     /// In how many of them something was named all the same.
     pub null_named: usize,
+    /// How each of them ended.
+    pub null_outcomes: Vec<Outcome>,
     /// The rate of false names that 95 % of such outcomes would leave below: `1 − 0.05^(1/n)` when none was named.
     pub false_name_rate_below: f64,
     /// Runs with the named laws present, as large as they were found; 0 when nothing was named.
@@ -39,6 +41,25 @@ pub struct Controls {
     pub named_without_truth: Vec<String>,
 }
 
+/// How one run of a control ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// What was named, as `law at location`.
+    pub named: Vec<String>,
+}
+
+impl Outcome {
+    fn of(found: &Diagnosis) -> Self {
+        Self { verdict: found.verdict, named: names(found) }
+    }
+}
+
+fn names(found: &Diagnosis) -> Vec<String> {
+    found.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect()
+}
+
 impl Controls {
     /// The outcome in words.
     pub fn sentence(&self) -> String {
@@ -48,6 +69,18 @@ impl Controls {
             self.null_runs,
             100.0 * self.false_name_rate_below
         );
+        let named = self.null_outcomes.iter().filter(|outcome| !outcome.named.is_empty());
+        let named: Vec<String> = named.map(|outcome| outcome.named.join(" with ")).collect();
+        if !named.is_empty() {
+            said.push_str(&format!(" Named there: {}.", named.join("; ")));
+        }
+        let unexplained =
+            self.null_outcomes.iter().filter(|outcome| outcome.verdict == Verdict::Unexplained).count();
+        if unexplained > 0 {
+            said.push_str(&format!(
+                " In {unexplained} of them something was held to be missing and not named: an unexplained rest says little on this experiment."
+            ));
+        }
         if self.positive_runs > 0 {
             said.push_str(&format!(
                 " With the physics found built in, exactly that was named in {} of {} runs.",
@@ -81,8 +114,7 @@ pub fn controls(
     runs: usize,
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Controls, DiagnoseError> {
-    let named: Vec<String> =
-        found.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
+    let named = names(found);
     let positive_runs = if named.is_empty() { 0 } else { runs.div_ceil(2) };
     let all = (runs + positive_runs + usize::from(!named.is_empty())).max(1);
     let mut done = 0;
@@ -94,23 +126,22 @@ pub fn controls(
         done += 1;
     };
     let mut quiet = |_: &Progress| {};
-    let mut null_named = 0;
+    let mut null_outcomes = Vec::new();
     for run in 0..runs {
         say("nothing is missing");
         let (train, held) = remake(found, recordings, held_out, |o| &o.refitted_residual, 1 + run as u64);
-        null_named += usize::from(!diagnose(model, &train, &held, options, &mut quiet)?.effects.is_empty());
+        null_outcomes.push(Outcome::of(&diagnose(model, &train, &held, options, &mut quiet)?));
     }
     let mut positive_named = 0;
     for run in 0..positive_runs {
         say("the named physics is there");
         let (train, held) = remake(found, recordings, held_out, rest, 1001 + run as u64);
         let again = diagnose(model, &train, &held, options, &mut quiet)?;
-        let mut names: Vec<String> =
-            again.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
-        names.sort();
+        let mut found_again = names(&again);
+        found_again.sort();
         let mut wanted = named.clone();
         wanted.sort();
-        positive_named += usize::from(names == wanted);
+        positive_named += usize::from(found_again == wanted);
     }
     let mut without_truth = None;
     let mut named_without_truth = Vec::new();
@@ -120,12 +151,13 @@ pub fn controls(
         struck.without.extend(found.effects.iter().map(|effect| effect.id.clone()));
         let without = diagnose(model, recordings, held_out, &struck, &mut quiet)?;
         without_truth = Some(without.verdict);
-        named_without_truth =
-            without.effects.iter().map(|effect| format!("{} at {}", effect.id, effect.location)).collect();
+        named_without_truth = names(&without);
     }
+    let null_named = null_outcomes.iter().filter(|outcome| !outcome.named.is_empty()).count();
     Ok(Controls {
         null_runs: runs,
         null_named,
+        null_outcomes,
         false_name_rate_below: rate_below(null_named, runs),
         positive_runs,
         positive_named,
@@ -215,6 +247,34 @@ fn drawn(noise: &[f64], time_s: &[f64], random: &mut Xoshiro256PlusPlus) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn runs_with_nothing_missing_say_how_they_ended() {
+        let of = |verdict: Verdict, named: &[&str]| Outcome {
+            verdict,
+            named: named.iter().map(|&name| name.to_owned()).collect(),
+        };
+        let said = |null_outcomes: Vec<Outcome>| {
+            let null_named = null_outcomes.iter().filter(|outcome| !outcome.named.is_empty()).count();
+            Controls {
+                null_runs: null_outcomes.len(),
+                null_named,
+                false_name_rate_below: rate_below(null_named, null_outcomes.len()),
+                null_outcomes,
+                positive_runs: 0,
+                positive_named: 0,
+                without_truth: None,
+                named_without_truth: Vec::new(),
+            }
+            .sentence()
+        };
+        let quiet = said(vec![of(Verdict::Adequate, &[]), of(Verdict::Adequate, &[])]);
+        assert!(quiet.contains("0 of 2 runs") && !quiet.contains("Named there"), "{quiet}");
+        assert!(!quiet.contains("held to be missing"), "{quiet}");
+        let loud = said(vec![of(Verdict::Improved, &["delay at drive"]), of(Verdict::Unexplained, &[])]);
+        assert!(loud.contains("1 of 2 runs") && loud.contains("Named there: delay at drive."), "{loud}");
+        assert!(loud.contains("In 1 of them something was held to be missing and not named"), "{loud}");
+    }
 
     #[test]
     fn a_rate_is_bounded_as_the_books_say() {

@@ -47,7 +47,7 @@ mod verdict;
 mod weighting;
 mod wording;
 
-pub use controls::{Controls, controls};
+pub use controls::{Controls, Outcome, controls};
 pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;
 pub use locate::{CELLS, ForceSurface, ORDERS, OrderMap};

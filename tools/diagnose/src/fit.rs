@@ -19,6 +19,9 @@ use crate::stacking::{RecordFit, Stack};
 /// Relative step of the differences that make the Jacobian, in search coordinates.
 const DIFFERENCE: f64 = 1e-5;
 
+/// Share of a step over which the second derivative along it is taken.
+const BEND: f64 = 0.1;
+
 /// How much a search may cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Effort {
@@ -79,6 +82,8 @@ struct Problem<'p, 'r> {
     kept_steps: usize,
     /// Derivatives by the model's own parameters, and the steps for which they may still be used.
     kept: Mutex<(usize, Vec<Vec<f64>>)>,
+    /// The Jacobian made last, where steps bend.
+    fresh: Mutex<Vec<Vec<f64>>>,
 }
 
 struct Point {
@@ -118,6 +123,14 @@ impl Problem<'_, '_> {
         all
     }
 
+    /// Whether steps bend with the valley. Second derivatives need first ones of the very point, and a simulation that does not jump: not
+    /// that of readings in steps, nor a law's that is searched, dry friction above all. And along a valley what several parameters
+    /// do all but cancels, which differences to one side do not show.
+    fn bends(&self) -> bool {
+        let is_smooth = self.hypothesis.unrounded().is_none() && self.free.iter().all(|p| !p.is_added);
+        is_smooth && self.free.len() > 1 && self.absorbing.is_none()
+    }
+
     /// Some of the Jacobian's columns.
     fn columns(&self, search: &[f64], point: &Point, columns: &[usize]) -> Vec<Vec<f64>> {
         let parts: Vec<(usize, usize)> = columns
@@ -150,7 +163,7 @@ impl Problem<'_, '_> {
             self.stack.prediction(record, &hypothesis, &fit.initial)
         };
         let mut change = moved(step)?;
-        let both = self.central || self.hypothesis.unrounded().is_some();
+        let both = self.central || self.bends() || self.hypothesis.unrounded().is_some();
         let (base, length) = match both.then(|| moved(-step)).flatten() {
             Some(before) => (before, 2.0 * step),
             None => (self.stack.weighted(record, &fit.simulated), step),
@@ -192,7 +205,35 @@ impl LeastSquares for Problem<'_, '_> {
             });
         }
         let gradient = columns.iter().map(|column| dot(column, &point.residuals));
-        (gram(&columns), DVector::from_iterator(columns.len(), gradient))
+        let curvature = (gram(&columns), DVector::from_iterator(columns.len(), gradient));
+        if let Ok(mut fresh) = self.fresh.lock() {
+            *fresh = if self.bends() { columns } else { Vec::new() };
+        }
+        curvature
+    }
+
+    fn bend(&self, search: &[f64], point: &Point, direction: &[f64]) -> Option<DVector<f64>> {
+        let fresh = self.fresh.lock().ok().filter(|fresh| !fresh.is_empty())?;
+        let moved: Vec<f64> = search.iter().zip(direction).map(|(at, along)| at + BEND * along).collect();
+        let moved = self.moved(&moved)?;
+        let changes: Option<Vec<Vec<f64>>> = (0..point.records.len())
+            .into_par_iter()
+            .map(|record| {
+                let fit = &point.records[record];
+                let mut change = self.stack.prediction(record, &moved, &fit.initial)?;
+                add_scaled(&mut change, -1.0, &self.stack.weighted(record, &fit.simulated));
+                fit.nuisances.remove_from(&mut change);
+                Some(change)
+            })
+            .collect();
+        // Residuals are recorded less simulated.
+        let mut second = changes?.concat();
+        second.iter_mut().for_each(|value| *value /= -BEND);
+        for (column, along) in fresh.iter().zip(direction) {
+            add_scaled(&mut second, -along, column);
+        }
+        let products = fresh.iter().map(|column| 2.0 / BEND * dot(column, &second));
+        Some(DVector::from_iterator(fresh.len(), products))
     }
 }
 
@@ -263,6 +304,7 @@ pub(crate) fn fit_near(
             central: false,
             kept_steps: effort.kept_steps,
             kept: Mutex::new(known.unwrap_or_default()),
+            fresh: Mutex::default(),
         };
         let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
         let Some(minimum) = minimise_to(&problem, &search, effort.tolerance) else { break };
@@ -280,7 +322,9 @@ pub(crate) fn fit_near(
         };
         // What is kept of the derivatives may end a search early; the next one starts with all of them.
         let gained = 1.0 - fitted.sum_of_squares / before;
-        let settled = stack.all_add_free_responses(&fitted.hypothesis)
+        let is_cut = effort.rounds > 1 && problem.budget.load(Ordering::Relaxed) == 0;
+        // Where all are added up a search is not begun anew for its initial states' sake, but for what it had no evaluations left for.
+        let settled = (!is_cut && stack.all_add_free_responses(&fitted.hypothesis))
             || (before.is_finite() && gained < 10.0 * effort.tolerance);
         if !settled && effort.rounds > 1 {
             near = stack.evaluate(&fitted.hypothesis, &fitted.initial_states())?;
@@ -321,6 +365,7 @@ impl Fitted {
             central,
             kept_steps: 0,
             kept: Mutex::default(),
+            fresh: Mutex::default(),
         };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();
         let point = Point { records: self.records.clone(), residuals: Vec::new() };

@@ -29,6 +29,27 @@ fn a_model_with_wrong_parameters_is_adequate_once_refitted() {
     }
 }
 
+/// Stiffness, width and thickness make up for each other along a narrow valley; the machine lies far down it.
+#[test]
+fn a_machine_far_from_its_drawing_is_found_down_to_the_noise() {
+    let bench = Bench::ForcedBase;
+    let mut machine = bench.model();
+    for (path, value) in [
+        ("beam.young_Pa", 130e9),
+        ("beam.width_m.1", 0.0074),
+        ("beam.thickness_m.1", 0.001_886),
+        ("beam.thickness_m.2", 0.000_976),
+    ] {
+        machine.set_parameter(path, value).unwrap();
+    }
+    let all = bench.recordings_of(&machine, 5);
+    let found = run(bench, &all);
+    assert_eq!(found.verdict, Verdict::Adequate, "{} {:?}", found.sentence, found.residual_tests);
+    for pooled in &found.fit.pooled {
+        assert!((pooled.fits.refitted_linear.rms / NOISE_M - 1.0).abs() < 0.02, "{pooled:?}");
+    }
+}
+
 #[test]
 fn recordings_that_do_not_fit_the_model_are_refused_with_a_remedy() {
     let good = &Bench::MovedBase.recordings(&[], 0.0, 4)[0];

@@ -3,8 +3,11 @@
 //! Marquardt's scaling (damping in units of the curvature of each parameter), Nielsen's update of the
 //! damping, steps projected into the box, and parameters that press against a bound left out of the step.
 //! K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, section 3.2.
+//! Where parameters make up for each other the minimum lies at the end of a narrow valley, and straight steps
+//! leave it soon; where a problem tells its second derivative along a step, the step bends with the valley: M. Transtrum,
+//! J. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*, 2012, section 4.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
 
 use crate::tall::dot;
@@ -35,6 +38,13 @@ pub trait LeastSquares {
 
     /// J'J and J'r, J being the derivatives of the residuals r with respect to the parameters.
     fn curvature(&self, parameters: &[f64], point: &Self::Point) -> (DMatrix<f64>, DVector<f64>);
+
+    /// J'r_vv, r_vv being the second derivative of the residuals along `direction`; asked for only after [`Self::curvature`] of
+    /// the same point. `None`, where it is not known or not worth its cost: steps are straight then.
+    fn bend(&self, parameters: &[f64], point: &Self::Point, direction: &[f64]) -> Option<DVector<f64>> {
+        let _ = (parameters, point, direction);
+        None
+    }
 }
 
 /// Why the search ended.
@@ -83,6 +93,8 @@ const STEP_TOLERANCE: f64 = 1e-12;
 /// is a step of three hundredths of a standard error.
 const REDUCTION_TOLERANCE: f64 = 1e-8;
 const LARGEST_DAMPING: f64 = 1e14;
+/// A step whose second order is larger than this share of its first is too long for both.
+const MOST_BENT: f64 = 0.75;
 
 /// Searches for a minimum from the parameters' starts.
 ///
@@ -126,14 +138,15 @@ pub fn minimise_to<L: LeastSquares>(
                 break 'search StopReason::Stalled;
             }
             steps += 1;
-            let Some(step) = local.step(&free, damping, parameters) else {
+            let bend = |direction: &[f64]| problem.bend(&at, &point, direction);
+            let Some(Step { straight, bent }) = local.step(&free, damping, parameters, &bend) else {
                 damping *= growth;
                 growth *= 2.0;
                 continue;
             };
             let trial: Vec<f64> = at
                 .iter()
-                .zip(step.iter())
+                .zip(bent.as_ref().unwrap_or(&straight).iter())
                 .zip(parameters)
                 .map(|((value, step), p)| clamp(value + step, p))
                 .collect();
@@ -141,7 +154,8 @@ pub fn minimise_to<L: LeastSquares>(
             if taken.amax() < STEP_TOLERANCE {
                 break 'search StopReason::StepSmall;
             }
-            let predicted = local.predicted_reduction(&taken);
+            // What is straight in the parameters promises what the bent step is to keep.
+            let predicted = local.predicted_reduction(if bent.is_some() { &straight } else { &taken });
             let evaluated = problem.at(&trial);
             let trial_sum =
                 evaluated.as_ref().map_or(f64::INFINITY, |point| square_sum(problem.residuals(point)));
@@ -151,7 +165,8 @@ pub fn minimise_to<L: LeastSquares>(
                     let reduction = (sum - trial_sum) / sum;
                     (at, point, sum) = (trial, evaluated, trial_sum);
                     damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
-                    if reduction < reduction_tolerance {
+                    let is_short = bent.is_some() && local.promise(&free) > reduction_tolerance * sum;
+                    if reduction < reduction_tolerance && !is_short {
                         break 'search StopReason::ReductionSmall;
                     }
                     break;
@@ -168,6 +183,13 @@ pub fn minimise_to<L: LeastSquares>(
         }
     };
     Some(Minimum { parameters: at, point, sum_of_squares: sum, stop_reason, steps })
+}
+
+/// A step in search coordinates.
+struct Step {
+    straight: DVector<f64>,
+    /// With its second order, where that is known and small.
+    bent: Option<DVector<f64>>,
 }
 
 /// The quadratic model of the sum of squares around one point.
@@ -199,25 +221,58 @@ impl Local {
         })
     }
 
-    /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps.
-    fn step(&self, free: &[usize], damping: f64, parameters: &[Parameter]) -> Option<DVector<f64>> {
-        // Scaled to unit diagonal, so that damping and rounding treat all parameters alike.
-        let scale: Vec<f64> = free.iter().map(|&i| self.curvature[(i, i)].sqrt()).collect();
+    /// Units of the free parameters, and the curvature in them with damping on its diagonal: damping and rounding treat all
+    /// parameters alike.
+    fn damped(&self, free: &[usize], damping: f64) -> Option<(DVector<f64>, Cholesky<f64, Dyn>)> {
+        let scale = DVector::from_iterator(free.len(), free.iter().map(|&i| self.curvature[(i, i)].sqrt()));
         let mut system = DMatrix::from_fn(free.len(), free.len(), |i, j| {
             self.curvature[(free[i], free[j])] / (scale[i] * scale[j])
         });
         for i in 0..free.len() {
             system[(i, i)] += damping;
         }
-        let right = DVector::from_fn(free.len(), |i, _| -self.gradient[free[i]] / scale[i]);
-        let solution = system.cholesky()?.solve(&right);
-        let mut step = DVector::zeros(parameters.len());
-        let mut longest = 1.0_f64;
-        for (i, &index) in free.iter().enumerate() {
-            step[index] = solution[i] / scale[i];
-            longest = longest.max(step[index].abs() / parameters[index].max_step);
+        Some((scale, system.cholesky()?))
+    }
+
+    /// How much the sum of squares would fall by the step without damping.
+    fn promise(&self, free: &[usize]) -> f64 {
+        let Some((scale, system)) = self.damped(free, 0.0) else { return 0.0 };
+        let gradient = DVector::from_iterator(free.len(), free.iter().map(|&index| self.gradient[index]));
+        let gradient = gradient.component_div(&scale);
+        gradient.dot(&system.solve(&gradient))
+    }
+
+    /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps, and bent where `bend`
+    /// tells how.
+    fn step(
+        &self,
+        free: &[usize],
+        damping: f64,
+        parameters: &[Parameter],
+        bend: &dyn Fn(&[f64]) -> Option<DVector<f64>>,
+    ) -> Option<Step> {
+        let (scale, system) = self.damped(free, damping)?;
+        let down = |gradient: &DVector<f64>| {
+            let gradient = DVector::from_iterator(free.len(), free.iter().map(|&index| gradient[index]));
+            -system.solve(&gradient.component_div(&scale))
+        };
+        let of_all = |scaled: &DVector<f64>| {
+            let mut step = DVector::zeros(parameters.len());
+            free.iter().enumerate().for_each(|(i, &index)| step[index] = scaled[i] / scale[i]);
+            step
+        };
+        let mut velocity = down(&self.gradient);
+        let steps = of_all(&velocity);
+        let longest = steps.iter().zip(parameters).fold(1.0_f64, |m, (s, p)| m.max(s.abs() / p.max_step));
+        velocity /= longest;
+        let straight = of_all(&velocity);
+        if !straight.iter().all(|value| value.is_finite()) {
+            return None;
         }
-        step.iter().all(|value| value.is_finite()).then(|| step / longest)
+        let acceleration = bend(straight.as_slice()).map(|bend| down(&bend));
+        let trusted = acceleration.filter(|bent| bent.norm() <= MOST_BENT * velocity.norm());
+        let bent = trusted.map(|acceleration| of_all(&(velocity + 0.5 * acceleration)));
+        Some(Step { straight, bent })
     }
 
     /// How much the quadratic model says a step lowers the sum of squares.
@@ -263,6 +318,45 @@ mod tests {
         assert!((minimum.parameters[0] - 1.0).abs() < 1e-8, "{minimum:?}");
         assert!((minimum.parameters[1] - 1.0).abs() < 1e-8, "{minimum:?}");
         assert!(minimum.stop_reason.converged());
+    }
+
+    /// The same, narrower, with or without its second derivatives.
+    struct NarrowValley {
+        bends: bool,
+    }
+
+    impl LeastSquares for NarrowValley {
+        type Point = Vec<f64>;
+        fn at(&self, x: &[f64]) -> Option<Vec<f64>> {
+            Some(vec![3e2 * (x[1] - x[0] * x[0]), 1.0 - x[0]])
+        }
+        fn residuals<'p>(&self, point: &'p Vec<f64>) -> &'p [f64] {
+            point
+        }
+        fn curvature(&self, x: &[f64], r: &Vec<f64>) -> (DMatrix<f64>, DVector<f64>) {
+            let jacobian = nalgebra::dmatrix![-6e2 * x[0], 3e2; -1.0, 0.0];
+            (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&DVector::from_column_slice(r)))
+        }
+        fn bend(&self, x: &[f64], _: &Vec<f64>, direction: &[f64]) -> Option<DVector<f64>> {
+            let second = -6e2 * direction[0] * direction[0];
+            self.bends.then(|| DVector::from_row_slice(&[-6e2 * x[0] * second, 3e2 * second]))
+        }
+    }
+
+    #[test]
+    fn steps_that_bend_reach_the_bottom_of_a_narrow_valley_in_which_straight_ones_get_nowhere() {
+        let free = [parameter(-1.2, -5.0, 5.0), parameter(1.44, -5.0, 5.0)];
+        let [bent, straight] = [true, false].map(|bends| minimise(&NarrowValley { bends }, &free).unwrap());
+        assert!(bent.stop_reason.converged() && (bent.parameters[0] - 1.0).abs() < 1e-6, "{bent:?}");
+        assert!(!straight.stop_reason.converged(), "{straight:?}");
+    }
+
+    #[test]
+    fn a_step_that_gains_little_for_its_damping_is_no_end() {
+        // From so far along the valley a damped step gains less than this tolerance.
+        let free = [parameter(-1.2, -5.0, 5.0), parameter(1.44, -5.0, 5.0)];
+        let minimum = minimise_to(&NarrowValley { bends: true }, &free, 1e-2).unwrap();
+        assert!((minimum.parameters[0] - 1.0).abs() < 0.1, "{minimum:?}");
     }
 
     #[test]

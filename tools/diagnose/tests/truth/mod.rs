@@ -206,6 +206,13 @@ impl Bench {
         recording
     }
 
+    /// All five runs of another machine on the same bench.
+    pub fn recordings_of(self, machine: &Model, seed: u64) -> Vec<Recording> {
+        let clean = RUNS.map(|run| self.clean_of(run, machine.clone()));
+        let noise = vec![NOISE_M; clean[0].columns.len() - 1];
+        (0..).zip(clean).map(|(number, clean)| noisy(&clean, &noise, 0.0, 10 * seed + number)).collect()
+    }
+
     /// The three short runs.
     pub fn short_recordings(self, laws: &[Physics], rho: f64, seed: u64) -> Vec<Recording> {
         (0..).zip(SHORT_RUNS).map(|(number, run)| self.record(run, laws, rho, 10 * seed + number)).collect()

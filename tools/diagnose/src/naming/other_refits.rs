@@ -69,8 +69,12 @@ impl Search<'_> {
         self.member(Vec::new(), within)
     }
 
-    /// The refit to the training recordings that one linear machine explains; `None` where the refit to all of them explains each as well.
+    /// The refit to the training recordings that one linear machine explains; `None` where the refit to all of them explains each as well,
+    /// as it does where it leaves nothing but noise.
     fn of_the_linear_recordings(&self, refitted: &Member) -> Option<Member> {
+        if self.rest(refitted) == Rest::Noise {
+            return None;
+        }
         let all = self.study.stack(Role::Train).until(self.patience);
         let alone: Vec<Option<Fitted>> =
             (0..all.records.len()).into_par_iter().map(|number| self.refit_to(&all, &[number])).collect();

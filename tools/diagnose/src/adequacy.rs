@@ -28,6 +28,8 @@ pub(crate) struct Series<'s> {
     pub(crate) rate_hz: f64,
     /// Noise floor in the output's unit.
     pub(crate) noise_rms: f64,
+    /// The number of samples that the floor was seen in.
+    pub(crate) noise_samples: f64,
     /// Lowest frequency of the model, hertz.
     pub(crate) slowest_hz: f64,
 }
@@ -77,8 +79,10 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
     let power = dot(series.residual, series.residual) / count.max(1) as f64;
     let floor = series.noise_rms * series.noise_rms;
     let power_ratio = if floor > 0.0 { power / floor } else { f64::INFINITY };
-    // The scatter of a mean square of Gaussian noise, and as much again for the floor's own.
-    let scatter = 2.0 * (1.0 / colour.effective_count(count)).sqrt();
+    // The scatter of a mean square of Gaussian noise, and the floor's own, which has at most this series' certainty: recordings differ.
+    let floor_count = (series.noise_samples as usize).clamp(1, count.max(1));
+    let [own, floors] = [count, floor_count].map(|count| 2.0 / colour.effective_count(count));
+    let scatter = (own + floors).sqrt();
     let white = colour.whiten(series.residual);
     let whitened = |signal: &[f64]| colour.whiten(signal);
     let (structure_p, structure_share) = structure(series, &white, &whitened);
@@ -251,6 +255,16 @@ mod tests {
     use rand_xoshiro::rand_core::SeedableRng;
 
     fn series(seed: u64, rho: f64, extra: impl Fn(f64, f64) -> f64) -> Adequacy {
+        series_over((1.0, 1e6), seed, rho, extra)
+    }
+
+    /// Over a noise floor of this size, which was seen in so many samples.
+    fn series_over(
+        (noise_rms, noise_samples): (f64, f64),
+        seed: u64,
+        rho: f64,
+        extra: impl Fn(f64, f64) -> f64,
+    ) -> Adequacy {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let mut last = 0.0;
         let time: Vec<f64> = (0..6000).map(|k| f64::from(k) / 100.0).collect();
@@ -271,7 +285,8 @@ mod tests {
             simulated: &simulated,
             input: Some(input),
             rate_hz: 100.0,
-            noise_rms: 1.0,
+            noise_rms,
+            noise_samples,
             slowest_hz: 1.0,
         })
     }
@@ -285,6 +300,14 @@ mod tests {
             }
         }
         assert!(refused <= 2, "{refused} of 120 refused");
+    }
+
+    #[test]
+    fn a_floor_that_was_seen_in_few_samples_may_be_too_low() {
+        let over = |floor: (f64, f64)| series_over(floor, 4, 0.0, |_, _| 0.0).power_holds(1e-3);
+        assert!(over((0.93, 300.0)), "three hundred samples are 8 % sure of a power");
+        assert!(!over((0.93, 6000.0)));
+        assert!(!over((0.7, 300.0)), "and no more than that");
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub(crate) struct NoiseFloor {
     /// Root mean square, in the output's unit.
     pub(crate) rms: f64,
     pub(crate) source: NoiseSource,
+    /// The number of samples that it was seen in.
+    pub(crate) samples: f64,
 }
 
 /// Residuals of one output, recording by recording, with what is needed to see where they are quiet.
@@ -46,15 +48,15 @@ pub(crate) struct OutputResidual<'r> {
 
 /// The noise floor of one output from all its recordings; `None` when there are none.
 pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
-    if let Some(rms) = from_repeats(parts) {
-        return Some(NoiseFloor { rms, source: NoiseSource::Repeats });
-    }
-    if let Some(rms) = from_quiet_stretches(parts) {
-        return Some(NoiseFloor { rms, source: NoiseSource::QuietStretches });
-    }
-    let powers: Vec<Quiet> = parts.iter().map(quiet_quarter_of).collect();
-    let power = quietest(&powers)?;
-    Some(NoiseFloor { rms: power.sqrt(), source: NoiseSource::QuietQuarter })
+    let of =
+        |source: NoiseSource, (power, samples): (f64, f64)| NoiseFloor { rms: power.sqrt(), source, samples };
+    let seen_twice = from_repeats(parts).map(|seen| of(NoiseSource::Repeats, seen));
+    let at_rest = || from_quiet_stretches(parts).map(|seen| of(NoiseSource::QuietStretches, seen));
+    let everywhere = || {
+        let powers: Vec<Quiet> = parts.iter().map(quiet_quarter_of).collect();
+        quietest(&powers).map(|seen| of(NoiseSource::QuietQuarter, seen))
+    };
+    seen_twice.or_else(at_rest).or_else(everywhere)
 }
 
 /// A recording whose quiet quarter has this many times the power of the quietest recording's is not quiet: something there is not
@@ -62,8 +64,8 @@ pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
 const AS_QUIET: f64 = 2.5;
 
 /// The stationary power of the recordings that are as quiet as the quietest, each counted with its length. Where some are long
-/// enough for a quiet quarter, those that are not do not count.
-fn quietest(powers: &[Quiet]) -> Option<f64> {
+/// enough for a quiet quarter, those that are not do not count. With the number of samples.
+fn quietest(powers: &[Quiet]) -> Option<(f64, f64)> {
     let any_long = powers.iter().any(|quiet| quiet.has_windows);
     let counted = || powers.iter().filter(|quiet| quiet.samples > 0.0 && quiet.has_windows == any_long);
     let least = counted().map(|quiet| quiet.power).reduce(f64::min)?;
@@ -72,13 +74,14 @@ fn quietest(powers: &[Quiet]) -> Option<f64> {
         .fold((0.0, 0.0), |(sum, samples), quiet| {
             (sum + quiet.power * quiet.samples, samples + quiet.samples)
         });
-    (samples > 0.0).then(|| sum / samples)
+    (samples > 0.0).then(|| (sum / samples, samples))
 }
 
 /// Two recordings repeat each other when their inputs differ by less than this share of the input.
 const SAME_INPUT: f64 = 2e-3;
 
-fn from_repeats(parts: &[OutputResidual<'_>]) -> Option<f64> {
+/// Mean square of the noise, and the number of samples it was seen in.
+fn from_repeats(parts: &[OutputResidual<'_>]) -> Option<(f64, f64)> {
     let (mut sum, mut count) = (0.0, 0.0);
     for (index, a) in parts.iter().enumerate() {
         for b in &parts[index + 1..] {
@@ -93,7 +96,7 @@ fn from_repeats(parts: &[OutputResidual<'_>]) -> Option<f64> {
             count += difference.len() as f64 - 1.0;
         }
     }
-    (count > 0.0 && sum > 0.0).then(|| (sum / count).sqrt())
+    (count > 0.0 && sum > 0.0).then(|| (sum / count, count))
 }
 
 fn difference_share(u: &[f64], v: &[f64]) -> f64 {
@@ -113,7 +116,8 @@ const STRETCH_S: f64 = 1.0;
 const STRETCH_SAMPLES: usize = 50;
 const ALL_SAMPLES: f64 = 300.0;
 
-fn from_quiet_stretches(parts: &[OutputResidual<'_>]) -> Option<f64> {
+/// Mean square of the noise, and the number of samples it was seen in.
+fn from_quiet_stretches(parts: &[OutputResidual<'_>]) -> Option<(f64, f64)> {
     let (mut sum, mut count) = (0.0, 0.0);
     for part in parts {
         let rate_hz = part.record.rate_hz(part.output);
@@ -137,7 +141,7 @@ fn from_quiet_stretches(parts: &[OutputResidual<'_>]) -> Option<f64> {
         }
         close(from, part.simulated.len());
     }
-    (count >= ALL_SAMPLES && sum > 0.0).then(|| (sum / count).sqrt())
+    (count >= ALL_SAMPLES && sum > 0.0).then(|| (sum / count, count))
 }
 
 /// Whether the input moves, where the output has samples; a free decay never stands still.
@@ -272,12 +276,12 @@ mod tests {
     #[test]
     fn a_recording_that_is_not_explained_does_not_raise_the_floor() {
         let quiet = |power: f64| Quiet { power, samples: 2500.0, has_windows: true };
-        let power = quietest(&[quiet(1.0), quiet(1.2), quiet(400.0)]).unwrap();
-        assert!((power - 1.1).abs() < 1e-12, "{power}");
+        let (power, samples) = quietest(&[quiet(1.0), quiet(1.2), quiet(400.0)]).unwrap();
+        assert!((power - 1.1).abs() < 1e-12 && samples == 5000.0, "{power} in {samples}");
         let short = Quiet { has_windows: false, ..quiet(0.01) };
-        let power = quietest(&[quiet(1.0), short]).unwrap();
+        let (power, _) = quietest(&[quiet(1.0), short]).unwrap();
         assert!((power - 1.0).abs() < 1e-12, "a short one that is explained by chance: {power}");
-        assert_eq!(quietest(&[short]), Some(0.01));
+        assert_eq!(quietest(&[short]), Some((0.01, 2500.0)));
         assert_eq!(quietest(&[]), None);
     }
 

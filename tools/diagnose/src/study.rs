@@ -353,6 +353,7 @@ impl Study {
                     input: input.map(|input| signal.at.iter().map(|&k| input[k]).collect()),
                     rate_hz: part.record.rate_hz(part.output),
                     noise_rms: floor.rms,
+                    noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
                 };
                 tests.push((part.record.role, adequacy(&series)));

@@ -173,7 +173,11 @@ impl Chosen<'_> {
             .or_else(|| no_real_pole(&wider, &found, starts))
             .or_else(|| not_determined(&wider, &found));
         let parameters = parameters_of(&wider) - parameters_of(&self.model);
-        self.weigh(real_pole_words(&wider, &found), wider, found, parameters, SHARE_OF_A_MODE, refusal);
+        let words = real_pole_words(&wider, &found);
+        if self.weigh(words, wider, found, parameters, SHARE_OF_A_MODE, refusal) {
+            // A delay is to first order a rate of every mode: beside them nothing determines it, nor any mode added to both.
+            self.drop_idle_details(starts);
+        }
     }
 
     fn try_detail(&mut self, what: &str, wider: ForcedModel<'_>) {

@@ -2,7 +2,11 @@
 
 mod support;
 
-use stillbeam_firmware::motion::{MotionContext, MotionSpec, Profile};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+use stillbeam::shaping::MachineLimits;
+use stillbeam_diagnose::Sweep;
+use stillbeam_firmware::motion::{MotionContext, MotionError, MotionSpec, Profile};
 use stillbeam_firmware::settings::Settings;
 use stillbeam_firmware::units::{Nanometres, TickRate};
 use support::accepted;
@@ -64,6 +68,12 @@ fn proposed(column: &str, amplitude: f64) -> String {
 
 /// Whether the board takes the line with its settings as they come, once it knows the mass that a force moves.
 fn check(line: &str) {
+    if let Err(error) = planned(line) {
+        panic!("{line}: {error}");
+    }
+}
+
+fn planned(line: &str) -> Result<(), MotionError> {
     let settings = Settings::default();
     let context = MotionContext {
         start: Nanometres(0),
@@ -75,8 +85,28 @@ fn check(line: &str) {
     let mut words = line.split_ascii_whitespace();
     let spec = MotionSpec::parse(words.next().unwrap(), words).and_then(Result::ok);
     let spec = spec.unwrap_or_else(|| panic!("the console does not know {line}"));
-    if let Err(error) = spec.plan(&context, &mut None) {
-        panic!("{line}: {error}");
+    spec.plan(&context, &mut None).map(drop)
+}
+
+#[test]
+fn the_largest_sweep_thought_possible_is_the_largest_that_the_board_takes() {
+    let limits = MachineLimits::default().of_an_excitation();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
+    let mut between = |low: f64, high: f64| {
+        let part = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+        low * (high / low).powf(part)
+    };
+    for k in 0..400 {
+        let (exponential, motion) = (k % 2 == 0, k % 4 < 2);
+        let mut to_three_digits = |low, high| format!("{:.2e}", between(low, high)).parse::<f64>().unwrap();
+        let [from_hz, to_hz] = [0; 2].map(|_| to_three_digits(0.05, 30.0));
+        let duration_s = to_three_digits(2.0, 200.0).round();
+        let sweep = Sweep { exponential, from_hz, to_hz, duration_s, amplitude: 1.0 };
+        let most = sweep.most_within(&limits, (!motion).then_some(2.5));
+        // The line has three digits.
+        let line = |share: f64| Sweep { amplitude: share * most, ..sweep }.command(motion);
+        assert!(planned(&line(0.99)).is_ok(), "{}: {:?}", line(0.99), planned(&line(0.99)));
+        assert!(planned(&line(1.01)).is_err(), "{}", line(1.01));
     }
 }
 

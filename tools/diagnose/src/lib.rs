@@ -43,6 +43,7 @@ mod simulation;
 mod stacking;
 mod statistics;
 mod study;
+mod sweep;
 mod verdict;
 mod weighting;
 mod wording;
@@ -58,3 +59,4 @@ pub use result::{
     ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests, SCHEMA_VERSION,
     ThreeFits, Tie, Verdict,
 };
+pub use sweep::Sweep;

@@ -1,83 +1,22 @@
 //! Which run would tell tied candidates apart: every run of a list is simulated with every candidate, and what the
 //! candidates' own parameters could make up for is taken out of the differences.
 
-use std::f64::consts::TAU;
-
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
 use crate::fit::Fitted;
-use crate::options::{MachineLimits, Options};
+use crate::options::Options;
 use crate::record::Record;
 use crate::simulation::{Hypothesis, simulate};
 use crate::study::Study;
+use crate::sweep::{Sweep, rounded};
 
 /// Sweep amplitudes that are tried, in the largest that was recorded.
 const AMPLITUDES: [f64; 4] = [0.3, 1.0, 2.0, 3.0];
 /// Relative step of the differences by which parameters are taken out.
 const DIFFERENCE: f64 = 1e-4;
-
-/// A run of the machine that has not been made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Sweep {
-    exponential: bool,
-    from_hz: f64,
-    to_hz: f64,
-    duration_s: f64,
-    /// In the input's unit.
-    amplitude: f64,
-}
-
-impl Sweep {
-    fn at(&self, t_s: f64) -> f64 {
-        let phase = if self.exponential {
-            let rate = (self.to_hz / self.from_hz).ln() / self.duration_s;
-            TAU * self.from_hz * ((rate * t_s).exp() - 1.0) / rate
-        } else {
-            TAU * (self.from_hz * t_s + 0.5 * (self.to_hz - self.from_hz) / self.duration_s * t_s * t_s)
-        };
-        let fade_s = 0.5_f64.min(0.1 * self.duration_s);
-        let fade = (t_s / fade_s).min((self.duration_s - t_s) / fade_s).clamp(0.0, 1.0);
-        self.amplitude * fade * phase.sin()
-    }
-
-    /// The largest amplitude, in the input's unit, that keeps the machine within its limits at both ends of the sweep; `mass_kg`
-    /// is what a force moves, `None` where the input is a motion.
-    fn most_within(&self, limits: &MachineLimits, mass_kg: Option<f64>) -> f64 {
-        let [slow, fast] = [self.from_hz.min(self.to_hz), self.from_hz.max(self.to_hz)].map(|hz| TAU * hz);
-        let MachineLimits { half_travel_m, velocity_m_s, acceleration_m_s2 } = *limits;
-        match mass_kg {
-            None => half_travel_m.min(velocity_m_s / fast).min(acceleration_m_s2 / (fast * fast)),
-            Some(mass_kg) => {
-                mass_kg * acceleration_m_s2.min(velocity_m_s * slow).min(half_travel_m * slow * slow)
-            }
-        }
-    }
-
-    /// The line for the board's console.
-    fn command(&self, motion: bool) -> String {
-        let kind = if self.exponential { "exponential" } else { "linear" };
-        let (size, unit) = if motion { (1e3 * self.amplitude, "mm") } else { (self.amplitude, "N") };
-        format!(
-            "sweep {kind} {} {} {:.0}s {}{unit}",
-            rounded(self.from_hz),
-            rounded(self.to_hz),
-            self.duration_s,
-            rounded(size)
-        )
-    }
-}
-
-/// To three digits.
-fn rounded(value: f64) -> f64 {
-    if value == 0.0 || !value.is_finite() {
-        return value;
-    }
-    let power = 10f64.powi(2 - value.abs().log10().floor() as i32);
-    (value * power).round() / power
-}
 
 /// A command and what is to be expected of it.
 #[derive(Debug, Clone, PartialEq)]

@@ -41,6 +41,8 @@ pub struct MachineLimits {
     pub velocity_m_s: f64,
     /// Greatest acceleration, m/s².
     pub acceleration_m_s2: f64,
+    /// Greatest jerk, m/s³.
+    pub jerk_m_s3: f64,
 }
 
 impl Default for Options {

@@ -86,18 +86,17 @@ impl MoveCheck {
     }
 }
 
-/// The board wants this much room beside an excitation's amplitude for a stop half-way, and an amplitude that fades or a frequency
-/// that moves asks for a little more velocity and acceleration than a steady sine.
-const ROOM: f64 = 1.05;
-
 impl MachineLimits {
     /// What an excitation about the middle of the board's travel may ask for.
     pub fn of_an_excitation(self) -> stillbeam_diagnose::MachineLimits {
-        let (from_mm, to_mm) = Settings::default().limits().travel_mm;
+        let board = Settings::default().limits();
+        let (from_mm, to_mm) = board.travel_mm;
+        let reach_mm = to_mm.min(-from_mm) / SweepSpec::STOP_REACH;
         stillbeam_diagnose::MachineLimits {
-            half_travel_m: 1e-3 * to_mm.min(-from_mm).min(SweepSpec::AMPLITUDE_RANGE_MM.1) / ROOM,
-            velocity_m_s: 1e-3 * self.velocity_mm_s / ROOM,
-            acceleration_m_s2: 1e-3 * self.acceleration_mm_s2 / ROOM,
+            half_travel_m: 1e-3 * reach_mm.min(SweepSpec::AMPLITUDE_RANGE_MM.1),
+            velocity_m_s: 1e-3 * self.velocity_mm_s,
+            acceleration_m_s2: 1e-3 * self.acceleration_mm_s2,
+            jerk_m_s3: 1e-3 * board.jerk_mm_s3,
         }
     }
 }

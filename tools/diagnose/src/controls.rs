@@ -1,7 +1,7 @@
 //! The diagnosis tried on itself: on this very experiment, with a truth that is known.
 //!
-//! * **Null**: what the refitted model simulated, with what was left over drawn anew in blocks. Nothing is missing, so
-//!   nothing may be named.
+//! * **Null**: what the best model simulates without the laws that were named, with what was left over drawn anew in blocks. Nothing is
+//!   missing, so nothing may be named. (Where laws were named the refit without them is another machine, bent to make up for them.)
 //! * **Positive**: what the extended model simulated, with new noise. The same laws have to be named.
 //! * **Truth left out**: the recordings themselves, the laws that were named struck from the catalogue. No other law may be
 //!   named with confidence.
@@ -129,13 +129,13 @@ pub fn controls(
     let mut null_outcomes = Vec::new();
     for run in 0..runs {
         say("nothing is missing");
-        let (train, held) = remake(found, recordings, held_out, |o| &o.refitted_residual, 1 + run as u64);
+        let (train, held) = remake(found, recordings, held_out, without_effects, 1 + run as u64);
         null_outcomes.push(Outcome::of(&diagnose(model, &train, &held, options, &mut quiet)?));
     }
     let mut positive_named = 0;
     for run in 0..positive_runs {
         say("the named physics is there");
-        let (train, held) = remake(found, recordings, held_out, rest, 1001 + run as u64);
+        let (train, held) = remake(found, recordings, held_out, as_found, 1001 + run as u64);
         let again = diagnose(model, &train, &held, options, &mut quiet)?;
         let mut found_again = names(&again);
         found_again.sort();
@@ -193,12 +193,26 @@ fn rest(overlay: &Overlay) -> &[f64] {
     overlay.extended_residual.as_deref().unwrap_or(&overlay.refitted_residual)
 }
 
-/// All recordings with their outputs made anew: what was recorded less `unexplained`, and noise drawn from the rest of the best model.
+/// What the best model makes of a recording.
+fn as_found(overlay: &Overlay) -> Vec<f64> {
+    overlay.recorded.iter().zip(rest(overlay)).map(|(recorded, rest)| recorded - rest).collect()
+}
+
+/// The same without the laws that were named.
+fn without_effects(overlay: &Overlay) -> Vec<f64> {
+    let refitted = || {
+        let pairs = overlay.recorded.iter().zip(&overlay.refitted_residual);
+        pairs.map(|(recorded, rest)| recorded - rest).collect()
+    };
+    overlay.without_effects.clone().unwrap_or_else(refitted)
+}
+
+/// All recordings with their outputs made anew: `clean`, and noise drawn from the rest of the best model.
 fn remake(
     found: &Diagnosis,
     recordings: &[Recording],
     held_out: &[Recording],
-    unexplained: fn(&Overlay) -> &[f64],
+    clean: fn(&Overlay) -> Vec<f64>,
     seed: u64,
 ) -> (Vec<Recording>, Vec<Recording>) {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
@@ -209,7 +223,7 @@ fn remake(
         let is_mine = |name: &str| name == recording.name || name.starts_with(&halves);
         let mine = found.overlays.iter().filter(|overlay| is_mine(&overlay.recording));
         for overlay in mine.filter(|overlay| !held_out || overlay.role == RecordRole::HeldOut) {
-            let clean = unexplained(overlay);
+            let clean = clean(overlay);
             let noise = drawn(rest(overlay), &overlay.time_s, &mut random);
             let Some(column) = made.columns.iter_mut().find(|column| column.name == overlay.output) else {
                 continue;
@@ -217,7 +231,7 @@ fn remake(
             for (k, time_s) in overlay.time_s.iter().enumerate() {
                 let place = recording.time_s.partition_point(|stamp| *stamp < time_s - 1e-9);
                 if let Some(sample) = column.samples.get_mut(place) {
-                    *sample = overlay.recorded[k] - clean[k] + noise[k];
+                    *sample = clean[k] + noise[k];
                 }
             }
         }

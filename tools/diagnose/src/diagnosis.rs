@@ -19,14 +19,15 @@ use crate::naming::stand_ins::{Moved, StandIns};
 use crate::naming::trials::{Candidate, all_candidates};
 use crate::next_experiment::{other_amplitude, separating_run};
 use crate::options::Options;
+use crate::overlays::overlays;
 use crate::patience::Patience;
-use crate::quality::{fits, role_of};
+use crate::quality::fits;
 use crate::result::{
-    Confusability, Diagnosis, Effect, Fits, Overlay, ParameterChange, RecordRole, ResidualTests,
-    SCHEMA_VERSION, Verdict,
+    Confusability, Diagnosis, Effect, Fits, ParameterChange, RecordRole, ResidualTests, SCHEMA_VERSION,
+    Verdict,
 };
 use crate::simulation::Hypothesis;
-use crate::study::{OnAll, Study};
+use crate::study::Study;
 use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict};
 use crate::wording::sizes;
 
@@ -189,7 +190,13 @@ pub fn diagnose(
         set_aside: study.set_aside.clone(),
         controls: None,
         seconds: started.elapsed().as_secs_f64(),
-        overlays: overlays(&study, &columns, models, extended.as_ref()),
+        overlays: overlays(
+            &study,
+            &columns,
+            models,
+            extended.as_ref().map(|on_all| (&selection.chosen.fitted.hypothesis, on_all)),
+            model.setup().physics.len(),
+        ),
         refitted_model: compared.refitted.hypothesis.model.clone(),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
@@ -301,32 +308,6 @@ fn parameter_changes(study: &Study, fitted: &Fitted) -> Vec<ParameterChange> {
             stderr,
         })
         .collect()
-}
-
-fn overlays(
-    study: &Study,
-    columns: &[String],
-    [given, refitted]: [&OnAll; 2],
-    extended: Option<&OnAll>,
-) -> Vec<Overlay> {
-    let mut overlays = Vec::new();
-    for (index, column) in columns.iter().enumerate() {
-        let extended = extended.map(|on_all| study.parts(on_all, index));
-        let refitted = study.parts(refitted, index);
-        for (place, part) in study.parts(given, index).into_iter().enumerate() {
-            overlays.push(Overlay {
-                recording: part.record.name.clone(),
-                role: role_of(part.record.role),
-                output: column.clone(),
-                time_s: part.record.times_s(part.output),
-                recorded: part.record.outputs[part.output].samples.clone(),
-                refitted_residual: refitted[place].residual.clone(),
-                extended_residual: extended.as_ref().map(|parts| parts[place].residual.clone()),
-                given_residual: part.residual,
-            });
-        }
-    }
-    overlays
 }
 
 #[cfg(test)]

@@ -31,6 +31,7 @@ mod next_experiment;
 mod noise;
 mod options;
 mod outliers;
+mod overlays;
 mod parameters;
 mod patience;
 mod quality;

@@ -257,6 +257,9 @@ pub struct Overlay {
     pub refitted_residual: Vec<f64>,
     /// Recorded minus simulated by the extended model, if there is one.
     pub extended_residual: Option<Vec<f64>>,
+    /// What the extended model makes without the laws that were found, its start and offsets as fitted with them; `None` without an
+    /// extended model, or where this one cannot be simulated.
+    pub without_effects: Option<Vec<f64>>,
 }
 
 /// A diagnosis. Serialises to the JSON of `stillbeam diagnose`.

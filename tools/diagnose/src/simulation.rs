@@ -74,6 +74,13 @@ impl Hypothesis {
         linear
     }
 
+    /// The same with the first few of its laws only.
+    pub(crate) fn with_first_laws(&self, count: usize) -> Self {
+        let mut fewer = self.clone();
+        fewer.model.setup_mut().physics.truncate(count);
+        fewer
+    }
+
     /// Whether the readings of a column are known to have no offset.
     pub(crate) fn zero_is_known(&self, column: &str) -> bool {
         let mut sensors = self.model.setup().sensors.iter();

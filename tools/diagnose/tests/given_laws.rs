@@ -70,3 +70,33 @@ fn a_law_given_with_a_wrong_size_is_a_wrong_parameter() {
     let refitted = found.refitted_model.setup().physics[0].parameters["force"];
     assert!((refitted - change.to).abs() < 1e-12);
 }
+
+#[test]
+fn the_machine_without_what_was_found_keeps_what_was_given() {
+    let given = Model::from_toml("carriage.toml", CARRIAGE).unwrap();
+    let mut truth = given.clone();
+    let hardening =
+        "[[physics]]\nid = \"cubic_stiffness\"\nlocation = \"carriage\"\nparameters = { stiffness = 1e3 }\n";
+    truth.setup_mut().physics.extend(
+        Model::from_toml("truth.toml", &format!("{CARRIAGE}{hardening}")).unwrap().setup().physics[1..]
+            .to_vec(),
+    );
+    let runs = [(6.0, 1.1, 1), (12.0, 1.4, 2), (9.0, 1.3, 3)];
+    let recorded_of = |model: &Model| runs.map(|(amplitude, hz, seed)| recorded(model, amplitude, hz, seed));
+    let [one, two, three] = recorded_of(&truth);
+    let found = diagnose(&given, &[one, two], &[three], &Options::default(), &mut |_| {}).unwrap();
+    let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+    assert_eq!(named, ["cubic_stiffness"], "{}", found.sentence);
+    for bare in recorded_of(&given) {
+        let overlay = found.overlays.iter().find(|overlay| overlay.recording == bare.name).unwrap();
+        let without = overlay.without_effects.as_ref().expect("it can be simulated");
+        let expected = bare.column("position_m").unwrap();
+        let rms = |values: &mut dyn Iterator<Item = f64>| -> f64 {
+            let squares: Vec<f64> = values.map(|value| value * value).collect();
+            (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+        };
+        let apart = rms(&mut expected.iter().zip(without).map(|(expected, without)| expected - without));
+        let change = rms(&mut overlay.recorded.iter().zip(expected).map(|(with, expected)| with - expected));
+        assert!(apart < 1.2e-5 && change > 1e-3, "{}: {apart} of {change}", bare.name);
+    }
+}

@@ -36,7 +36,8 @@ impl Search<'_> {
                 selection.chosen = self.member(laws, refitted.clone()).unwrap_or(selection.chosen);
                 return selection;
             }
-            selection.chosen = self.even_if_as_good(self.uneven_if_better(self.finished(selection.chosen)));
+            let finished = self.one_force_as_one_law(self.finished(selection.chosen));
+            selection.chosen = self.even_if_as_good(self.uneven_if_better(finished));
             if self.patience.is_spent() {
                 selection.left_out.push("the best values of what was chosen");
             }

@@ -94,6 +94,34 @@ impl Search<'_> {
         as_good.unwrap_or(chosen)
     }
 
+    /// The set, with even friction and a steady force that it holds, both at one place, as the one law that they are together: the same
+    /// force has the same name then, whichever way the search came. (`same_force` says the other one.)
+    pub(crate) fn one_force_as_one_law(&self, chosen: Member) -> Member {
+        let one = self.uneven_for_both(&chosen);
+        let as_good = one.filter(|one| self.better_by(one, &chosen) < self.options.separation);
+        as_good.unwrap_or(chosen)
+    }
+
+    fn uneven_for_both(&self, chosen: &Member) -> Option<Member> {
+        let is_at = |index: usize, id: &str, location: &str| {
+            let candidate = &self.candidates[index];
+            candidate.law.id() == id && candidate.location == location
+        };
+        let even = (0..chosen.laws.len()).find(|place| self.is_even(chosen, *place))?;
+        let location = &self.candidates[chosen.laws[even]].location;
+        let steady = chosen.laws.iter().position(|index| is_at(*index, STEADY, location))?;
+        let uneven = (0..self.candidates.len()).find(|index| is_at(*index, UNEVEN, location))?;
+        let laws = &chosen.fitted.hypothesis.model.setup().physics;
+        let force_of = |place: usize| laws.get(self.given_laws + place)?.parameters.get("force").copied();
+        let (friction, force) = (force_of(even)?, force_of(steady)?);
+        if force.abs() > friction {
+            return None;
+        }
+        let law = uneven_friction(location, [friction - force, friction + force]);
+        let alone = self.without(chosen, steady)?;
+        self.exchanged(&alone, if steady < even { even - 1 } else { even }, uneven, &law)
+    }
+
     /// Even friction where the law at a place of a set contains it.
     pub(super) fn even_for(&self, chosen: &Member, place: usize) -> Option<usize> {
         let rich = &self.candidates[chosen.laws[place]];
@@ -136,12 +164,7 @@ impl Search<'_> {
         // A steady force is half the difference of friction that acts mostly one way.
         let [forward, backward] =
             if steady { [MOSTLY * force.abs() - force, MOSTLY * force.abs() + force] } else { [force; 2] };
-        let both_ways = Physics::new(UNEVEN, even.location.clone())
-            .with("force_forward", forward)
-            .with("force_backward", backward)
-            .with("viscous_forward", 0.0)
-            .with("viscous_backward", 0.0);
-        self.exchanged(chosen, place, uneven, &both_ways)
+        self.exchanged(chosen, place, uneven, &uneven_friction(&even.location, [forward, backward]))
     }
 
     /// The set with the dry friction at a place of it larger at low speed, begun at several speeds, the best first: a dip so narrow that only what it was
@@ -204,6 +227,15 @@ impl Search<'_> {
             _ => false,
         }
     }
+}
+
+/// Dry friction with these forces against forward and against backward motion.
+fn uneven_friction(location: &str, [forward, backward]: [f64; 2]) -> Physics {
+    Physics::new(UNEVEN, location)
+        .with("force_forward", forward)
+        .with("force_backward", backward)
+        .with("viscous_forward", 0.0)
+        .with("viscous_backward", 0.0)
 }
 
 /// Whether one law is another at the end of its range.
@@ -339,6 +371,31 @@ mod tests {
             .with("force_backward", 1.2);
         let steady = Physics::new("constant_force", "mass").with("force", 0.4);
         assert_eq!(taken_for(truth, &steady, 1e-5).0, "asymmetric_friction");
+    }
+
+    #[test]
+    fn even_friction_with_a_steady_force_that_it_holds_is_named_as_one_law() {
+        let (even, steady) = (dry(1.0), Physics::new("constant_force", "mass").with("force", 0.4));
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![even.clone(), steady.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let with = |member: &Member, law: &Physics| {
+                let index = search.candidates.iter().position(|c| c.law.id() == law.id).unwrap();
+                let (number, names) = (member.laws.len() + 1, search.candidates[index].amplitude_names());
+                let fitted = search.extended(member, index, law, number, &names, Others::Searched).unwrap();
+                search.member([member.laws.clone(), vec![index]].concat(), fitted).unwrap()
+            };
+            let first = with(&refitted, &even);
+            let both = search.finished(with(&first, &steady));
+            let one = search.one_force_as_one_law(both);
+            let laws = &one.fitted.hypothesis.model.setup().physics;
+            assert_eq!(laws.iter().map(|law| law.id.as_str()).collect::<Vec<_>>(), ["asymmetric_friction"]);
+            let [forward, backward] = search.forces(&one, 0, BY_DIRECTION).unwrap();
+            // On a spring their difference hardly shows.
+            assert!((0.5 * (forward + backward) - 1.0).abs() < 0.01, "{forward} {backward}");
+            assert!((backward - forward - 0.8).abs() < 0.1, "{forward} {backward}");
+        });
     }
 
     #[test]

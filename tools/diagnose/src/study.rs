@@ -9,7 +9,7 @@ use stillbeam_recording::{Recording, Role};
 use crate::adequacy::{Adequacy, Series, adequacy};
 use crate::common_motion::own_rms;
 use crate::error::DiagnoseError;
-use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
+use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
@@ -316,15 +316,13 @@ impl Study {
             .map(|output| {
                 let floor = noise_floor(&parts[output])?;
                 let floor = NoiseFloor { rms: floor.rms.max(self.rounding(output)), ..floor };
-                if floor.source != NoiseSource::QuietQuarter {
-                    return Some(floor);
-                }
-                // An upper bound where something is there all the time; other sensors may give a lower one.
+                // An upper bound where something is there all the time, which shakes a machine at rest and is another in every
+                // repeat; other sensors may give a lower one.
                 let others = (0..parts.len()).filter(|other| *other != output);
-                let rms = others
-                    .filter_map(|other| own_rms(&parts[output], &parts[other]))
-                    .fold(floor.rms, f64::min);
-                Some(NoiseFloor { rms, ..floor })
+                let own = others.filter_map(|other| own_rms(&parts[output], &parts[other]));
+                let lowest = own.filter(|own| own.0 < floor.rms).min_by(|a, b| a.0.total_cmp(&b.0));
+                let (rms, samples) = lowest.unwrap_or((floor.rms, floor.samples));
+                Some(NoiseFloor { rms, samples, ..floor })
             })
             .collect()
     }

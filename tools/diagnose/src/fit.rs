@@ -18,6 +18,14 @@ use crate::stacking::{RecordFit, Stack};
 
 /// Relative step of the differences that make the Jacobian, in search coordinates.
 const DIFFERENCE: f64 = 1e-5;
+/// The same of what is jagged.
+const ROUGH_DIFFERENCE: f64 = 3e-2;
+/// Laws are begun this many times as large where they are.
+const LARGER: [f64; 2] = [1.0, 1.3];
+/// A parameter's small differences have this many times the slope of its large ones where it is jagged.
+const JAGGED: f64 = 2.0;
+/// What is left is more than noise where it has this many times its power.
+pub(crate) const LOUD: f64 = 1.1;
 
 /// Share of a step over which the second derivative along it is taken.
 const BEND: f64 = 0.1;
@@ -34,21 +42,35 @@ pub(crate) struct Effort {
     /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew:
     /// they change little, and most of a step's simulations are theirs.
     kept_steps: usize,
+    /// Relative step of the differences that make the Jacobian, in search coordinates.
+    difference: f64,
 }
 
 impl Effort {
     /// To see what a candidate is good for.
-    pub(crate) const SKETCH: Self = Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4 };
+    pub(crate) const SKETCH: Self =
+        Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4, difference: DIFFERENCE };
     /// To see which candidates are worth comparing.
-    pub(crate) const BEGIN: Self = Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6 };
+    pub(crate) const BEGIN: Self =
+        Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6, difference: DIFFERENCE };
     /// To compare those that were begun.
-    pub(crate) const COMPARE: Self = Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4 };
+    pub(crate) const COMPARE: Self =
+        Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
     /// To compare sets.
-    pub(crate) const TRIAL: Self = Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4 };
+    pub(crate) const TRIAL: Self =
+        Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
     /// To follow a valley that bends: all derivatives are made anew for every step.
-    pub(crate) const BENT: Self = Self { evaluations: 40, rounds: 3, tolerance: 1e-6, kept_steps: 0 };
+    pub(crate) const BENT: Self =
+        Self { evaluations: 40, rounds: 3, tolerance: 1e-6, kept_steps: 0, difference: DIFFERENCE };
+    /// To get across the jags of a law that makes the motion depend on when it takes hold, one after another: see [`Fitted::is_jagged`].
+    pub(crate) const ROUGH: [Self; 2] = [Self::rough(ROUGH_DIFFERENCE), Self::rough(1e-2)];
     /// For what is reported.
-    pub(crate) const FULL: Self = Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3 };
+    pub(crate) const FULL: Self =
+        Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3, difference: DIFFERENCE };
+
+    const fn rough(difference: f64) -> Self {
+        Self { evaluations: 30, rounds: 2, tolerance: 1e-4, kept_steps: 0, difference }
+    }
 }
 
 /// A hypothesis whose parameters have been fitted.
@@ -80,6 +102,8 @@ struct Problem<'p, 'r> {
     central: bool,
     /// See [`Effort`].
     kept_steps: usize,
+    /// See [`Effort`].
+    difference: f64,
     /// Derivatives by the model's own parameters, and the steps for which they may still be used.
     kept: Mutex<(usize, Vec<Vec<f64>>)>,
     /// The Jacobian made last, where steps bend.
@@ -154,7 +178,7 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
-        let step = self.free[column].difference(search[column], DIFFERENCE);
+        let step = self.free[column].difference(search[column], self.difference);
         let moved = |step: f64| {
             let mut moved = search.to_vec();
             moved[column] += step;
@@ -303,6 +327,7 @@ pub(crate) fn fit_near(
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
             kept_steps: effort.kept_steps,
+            difference: effort.difference,
             kept: Mutex::new(known.unwrap_or_default()),
             fresh: Mutex::default(),
         };
@@ -344,7 +369,8 @@ impl Fitted {
     }
 
     /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*, nuisances
-    /// taken out; one column per parameter over all recordings.
+    /// taken out; one column per parameter over all recordings. Of a jagged fit that leaves more than noise by large differences: which jag
+    /// it ended in says nothing of the machine.
     pub(crate) fn sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
         self.sensitivities_by(stack, true)
     }
@@ -354,7 +380,64 @@ impl Fitted {
         self.sensitivities_by(stack, false)
     }
 
+    /// Whether a small change of a law's parameter changes the motion by far more than its share of a larger one: after play is crossed a
+    /// little earlier, or a stop touched, everything later comes at another moment. Small differences know nothing of where such a fit
+    /// improves then.
+    pub(crate) fn is_jagged(&self, stack: &Stack<'_>) -> bool {
+        let laws: Vec<usize> =
+            (0..self.free.len()).filter(|&index| self.free[index].path.starts_with("physics.")).collect();
+        let [fine, rough] = [DIFFERENCE, ROUGH_DIFFERENCE]
+            .map(|difference| self.differences(stack, &laws, false, difference));
+        let length = |column: &Vec<f64>| dot(column, column).sqrt();
+        fine.iter().zip(&rough).any(|(fine, rough)| length(fine) > JAGGED * length(rough))
+    }
+
+    /// The same fit carried on by differences so large that they look across jags: from where it is, and from where its laws are larger,
+    /// since the jag that a fit has ended in is lower than all around it, and while a law was missing the model's own parameters have made up
+    /// for a part of it.
+    pub(crate) fn across_the_jags(&self, stack: &Stack<'_>) -> Self {
+        let from = |times: f64| {
+            let values = self.free.iter().zip(&self.values);
+            let values: Vec<f64> = values
+                .map(|(free, value)| {
+                    let larger = if free.path.starts_with("physics.") { times * value } else { *value };
+                    larger.clamp(free.lower, free.upper)
+                })
+                .collect();
+            let begun = (values, self.initial_states());
+            Effort::ROUGH.iter().fold((begun, None), |((values, starts), best): (_, Option<Self>), effort| {
+                let found = fit(stack, &self.hypothesis, &self.free, &values, &starts, *effort);
+                let is_better =
+                    |found: &Self| best.as_ref().is_none_or(|b| found.sum_of_squares < b.sum_of_squares);
+                match found.filter(is_better) {
+                    Some(found) => ((found.values.clone(), found.initial_states()), Some(found)),
+                    None => ((values, starts), best),
+                }
+            })
+        };
+        let found = LARGER.iter().filter_map(|times| from(*times).1);
+        found.fold(
+            self.clone(),
+            |best, found| {
+                if found.sum_of_squares < best.sum_of_squares { found } else { best }
+            },
+        )
+    }
+
     fn sensitivities_by(&self, stack: &Stack<'_>, central: bool) -> Vec<Vec<f64>> {
+        let is_loud = self.sum_of_squares > LOUD * stack.present() as f64;
+        let difference = if is_loud && self.is_jagged(stack) { ROUGH_DIFFERENCE } else { DIFFERENCE };
+        let all: Vec<usize> = (0..self.free.len()).collect();
+        self.differences(stack, &all, central, difference)
+    }
+
+    fn differences(
+        &self,
+        stack: &Stack<'_>,
+        parameters: &[usize],
+        central: bool,
+        difference: f64,
+    ) -> Vec<Vec<f64>> {
         let problem = Problem {
             stack,
             hypothesis: &self.hypothesis,
@@ -364,12 +447,13 @@ impl Fitted {
             budget: AtomicUsize::new(0),
             central,
             kept_steps: 0,
+            difference,
             kept: Mutex::default(),
             fresh: Mutex::default(),
         };
         let search: Vec<f64> = self.free.iter().zip(&self.values).map(|(p, v)| p.to_search(*v)).collect();
         let point = Point { records: self.records.clone(), residuals: Vec::new() };
-        let mut jacobian = problem.jacobian(&search, &point);
+        let mut jacobian = problem.columns(&search, &point, parameters);
         jacobian.iter_mut().flatten().for_each(|value| *value = -*value);
         jacobian
     }
@@ -377,5 +461,104 @@ impl Fitted {
     /// All residuals, recording after recording.
     pub(crate) fn residuals(&self) -> Vec<f64> {
         self.records.iter().flat_map(|record| record.residuals.iter().copied()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Distribution, Normal};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng;
+    use stillbeam_plant::{Model, Physics, simulate};
+    use stillbeam_recording::{Recording, Role};
+
+    use super::*;
+    use crate::parameters::free_parameters;
+    use crate::study::Study;
+
+    const SLIDE: &str = r#"
+        schema = 1
+        kind = "lumped"
+        [[body]]
+        name = "motor"
+        mass = 35.0
+        [[body]]
+        name = "load"
+        mass = 25.0
+        [[spring]]
+        between = ["motor", "ground"]
+        stiffness = 10000.0
+        [[damper]]
+        between = ["motor", "ground"]
+        damping = 40.0
+        [[spring]]
+        between = ["motor", "load"]
+        stiffness = 31000.0
+        [[damper]]
+        between = ["motor", "load"]
+        damping = 15.0
+        [input]
+        column = "force_N"
+        body = "motor"
+        [[output]]
+        column = "motor_m"
+        body = "motor"
+        [[output]]
+        column = "load_m"
+        body = "load"
+    "#;
+
+    /// The slide with another coupling, and a law.
+    fn slide(coupling: f64, law: Physics) -> Model {
+        let text = SLIDE.replace("31000.0", &format!("{coupling:.1}"));
+        let mut model = Model::from_toml("slide.toml", &text).unwrap();
+        model.setup_mut().physics = vec![law];
+        model
+    }
+
+    fn swept(model: &Model, amplitude: f64) -> Recording {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+        let noise = Normal::new(0.0, 3e-5).unwrap();
+        let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+        let sweep = |t: &f64| amplitude * (std::f64::consts::TAU * (0.6 * t + 0.2 * t * t)).sin();
+        let force = time_s.iter().map(sweep).collect();
+        let driven = Recording::new(format!("{amplitude} N"), time_s).with_column("force_N", force);
+        let mut moved = simulate(model, &driven).unwrap();
+        let outputs = moved.columns.iter_mut().filter(|column| column.name != "force_N");
+        outputs.flat_map(|column| &mut column.samples).for_each(|x| *x += noise.sample(&mut random));
+        moved
+    }
+
+    #[test]
+    fn large_differences_lead_across_the_jags_that_play_makes() {
+        let play = |gap: f64| Physics::new("backlash", "motor-load").with("gap", gap);
+        let truth = slide(31000.0, play(6.6e-4));
+        let train = [swept(&truth, 8.0), swept(&truth, 16.0)];
+        let given = slide(30200.0, play(4.8e-4));
+        let study = Study::new(&given, &train, &[]).unwrap();
+        let stack = study.stack(Role::Train);
+        let hypothesis = Hypothesis::given(&given);
+        let free = free_parameters(&hypothesis);
+        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+        let fitted = |effort: Effort| fit(&stack, &hypothesis, &free, &start, &[], effort).unwrap();
+        let fine = fitted(Effort::FULL);
+        let rough = fine.across_the_jags(&stack);
+        assert!(fine.is_jagged(&stack));
+        let gap = |fitted: &Fitted| fitted.hypothesis.model.setup().physics[0].parameters["gap"];
+        let told = format!(
+            "{} {:.3e}; {} {:.3e}",
+            rough.sum_of_squares,
+            gap(&rough),
+            fine.sum_of_squares,
+            gap(&fine)
+        );
+        assert!(rough.sum_of_squares < 0.75 * fine.sum_of_squares, "{told}");
+        assert!((gap(&rough) / 6.6e-4 - 1.0).abs() < 0.1, "{told}");
+        let smooth = slide(30200.0, Physics::new("cubic_stiffness", "motor").with("stiffness", 1e6));
+        let hypothesis = Hypothesis::given(&smooth);
+        let free = free_parameters(&hypothesis);
+        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+        let fitted = fit(&stack, &hypothesis, &free, &start, &[], Effort::TRIAL).unwrap();
+        assert!(!fitted.is_jagged(&stack), "a smooth law");
     }
 }

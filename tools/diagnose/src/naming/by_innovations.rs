@@ -4,11 +4,11 @@ use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
 use super::rounds::Tried;
-use super::second_tries::LOUD;
+
 use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::comparison::Compared;
-use crate::fit::Fitted;
+use crate::fit::{Fitted, LOUD};
 use crate::parameters::free_parameters;
 use crate::refit::refit_from;
 use crate::simulation::Hypothesis;

@@ -8,6 +8,9 @@
 //! friction with a dip at low speed, begun from the cable and the dry friction that were found: begun from nothing, the fit of the richer
 //! law often stops on its way.
 //!
+//! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is led across them by large
+//! differences.
+//!
 //! The model's own parameters have valleys too: a beam that is twice as thick at one end and half as stiff rings at nearly the same two
 //! frequencies. Where one went there to make up for a law that was not found yet, the laws are fitted from the drawing.
 
@@ -33,7 +36,8 @@ const SEEN_AGAIN: f64 = 3.0;
 impl Search<'_> {
     /// The set with its laws in the valleys that fit best, of those that can be seen from here.
     pub(super) fn in_the_deepest_valleys(&self, member: Member) -> Member {
-        let mut member = self.nearer_the_drawing(&member).unwrap_or(member);
+        let member = self.nearer_the_drawing(&member).unwrap_or(member);
+        let mut member = self.across_the_jags(&member).unwrap_or(member);
         for candidate in member.laws.clone() {
             if self.is_over() {
                 break;
@@ -41,6 +45,18 @@ impl Search<'_> {
             member = self.in_a_deeper_valley(&member, candidate).unwrap_or(member);
         }
         member
+    }
+
+    /// The set fitted by differences so large that they look across the jags of its laws; `None` where it has none, leaves no more than
+    /// noise, or gains nothing by it.
+    pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
+        let stack = self.study.stack(Role::Train).until(self.patience);
+        if self.is_over() || self.rest(member) == Rest::Noise || !member.fitted.is_jagged(&stack) {
+            return None;
+        }
+        let rough = member.fitted.across_the_jags(&stack);
+        let is_better = rough.sum_of_squares < member.fitted.sum_of_squares;
+        if is_better { self.member(member.laws.clone(), rough) } else { None }
     }
 
     /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.

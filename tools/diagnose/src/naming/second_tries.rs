@@ -11,7 +11,7 @@ use super::rounds::{Tried, by_fit, directions};
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
-use crate::fit::{Effort, Fitted, Others};
+use crate::fit::{Effort, Fitted, LOUD, Others};
 use crate::refit::is_far_anywhere;
 
 impl Search<'_> {
@@ -22,7 +22,8 @@ impl Search<'_> {
         if !self.deserves_more(best) {
             return;
         }
-        let settled = self.finished(best.member.clone());
+        let across = self.across_the_jags(&best.member);
+        let settled = self.finished(across.unwrap_or_else(|| best.member.clone()));
         if settled.fitted.sum_of_squares < best.member.fitted.sum_of_squares {
             *best = self.judged_on(base, settled, best.candidate);
         }
@@ -113,25 +114,28 @@ impl Search<'_> {
             self.try_on(rival, &at, &begun).filter(Tried::passes)
         });
         let elsewhere = elsewhere.collect::<Vec<Tried>>().into_iter().min_by(by_fit);
-        if let Some(found) = elsewhere.or_else(|| self.at_another_octave(rival, best)) {
+        if let Some(found) = elsewhere.or_else(|| self.at_another_period(rival, best)) {
             *best = found;
         }
     }
 
-    /// A wave as it passes at twice or half its period: over a travel of a few periods one does much of what the other does, and a fit ends
-    /// in the one beside which it began.
-    fn at_another_octave(&self, rival: &Member, wave: &Tried) -> Option<Tried> {
+    /// A wave as it passes at a simple ratio of its period: over a travel of a few periods one does much of what the other does, and a fit
+    /// ends in the one beside which it began.
+    fn at_another_period(&self, rival: &Member, wave: &Tried) -> Option<Tried> {
         let place = wave.member.laws.len() - 1;
         let law = wave.member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
-        let begun: Vec<Member> = octaves(law)
-            .par_iter()
-            .filter_map(|octave| self.exchanged(&wave.member, place, wave.candidate, octave))
-            .collect();
-        let best = begun
-            .into_iter()
-            .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
-            .filter(|best| best.fitted.sum_of_squares < wave.member.fitted.sum_of_squares)?;
-        Some(self.judged_on(rival, self.finished(best), wave.candidate)).filter(Tried::passes)
+        let at_ratio = |ratios: &[f64; 2]| {
+            let begun: Vec<Member> = other_periods(law, ratios)
+                .par_iter()
+                .filter_map(|other| self.exchanged(&wave.member, place, wave.candidate, other))
+                .collect();
+            let best = begun
+                .into_iter()
+                .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
+                .filter(|best| best.fitted.sum_of_squares < wave.member.fitted.sum_of_squares)?;
+            Some(self.judged_on(rival, self.finished(best), wave.candidate)).filter(Tried::passes)
+        };
+        PERIOD_RATIOS.iter().take_while(|_| !self.is_over()).find_map(at_ratio)
     }
 
     /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be that its fit is no good yet.
@@ -141,17 +145,18 @@ impl Search<'_> {
     }
 }
 
-/// A wave at twice and at half its period, wherever it begins; none of what is no wave.
-fn octaves(law: &Physics) -> Vec<Physics> {
+/// Ratios at which a wave does much of what another does, the likeliest first.
+const PERIOD_RATIOS: [[f64; 2]; 2] = [[2.0, 0.5], [1.5, 2.0 / 3.0]];
+
+/// A wave at these multiples of its period, wherever it begins; none of what is no wave.
+fn other_periods(law: &Physics, ratios: &[f64; 2]) -> Vec<Physics> {
     let Some(&period) = law.parameters.get("period") else { return Vec::new() };
     let wave = |times: f64, quarter: i32| {
         law.clone().with("period", times * period).with("phase", FRAC_PI_2 * f64::from(quarter))
     };
-    [2.0, 0.5].iter().flat_map(|&times| (0..4).map(move |quarter| wave(times, quarter))).collect()
+    ratios.iter().flat_map(|&times| (0..4).map(move |quarter| wave(times, quarter))).collect()
 }
 
-/// What is left is more than noise where it has this many times its power.
-pub(super) const LOUD: f64 = 1.1;
 /// A fit of even friction has stopped on its way where a richer law leaves less than this share of what it leaves.
 const BARRED: f64 = 0.9;
 /// Share of what the best law takes away that another has to take to be fitted to the end as well.
@@ -266,15 +271,15 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_at_the_wrong_octave_is_left_for_the_one_that_passes() {
+    fn a_wave_at_a_ratio_of_its_period_is_left_for_the_one_that_passes() {
         let wave = |period: f64, force: f64| {
             Physics::new("cogging", "mass").with("force", force).with("period", period).with("phase", 0.4)
         };
-        for (truth, times) in [(0.06, 0.5), (0.03, 2.0)] {
+        for (truth, times) in [(0.06, 0.5), (0.03, 2.0), (0.03, 1.5), (0.06, 2.0 / 3.0)] {
             beside_the_refit(wave(truth, 0.7), |search, refitted| {
                 let found = fitted_with(search, &refitted, &wave(truth, 0.5));
-                let octave = |path: &str| if path.ends_with("period") { times } else { 1.0 };
-                let wrong = stopped_at(search, &found, octave);
+                let at_ratio = |path: &str| if path.ends_with("period") { times } else { 1.0 };
+                let wrong = stopped_at(search, &found, at_ratio);
                 let law = |set: &Member| set.fitted.hypothesis.model.setup().physics[0].clone();
                 let candidate = wrong.laws[0];
                 let mut tried = [search.judged_on(&refitted, wrong, candidate)];
@@ -301,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_wave_has_no_octaves() {
-        assert!(octaves(&friction(1.0)).is_empty());
+    fn what_is_no_wave_has_no_other_period() {
+        assert!(other_periods(&friction(1.0), &PERIOD_RATIOS[0]).is_empty());
     }
 }

@@ -127,7 +127,15 @@ impl Chosen<'_> {
         };
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
-        let refusal = not_sensible(&wider, &found, starts).or_else(|| not_determined(&wider, &found));
+        let undetermined = not_determined(&wider, &found);
+        if undetermined.is_some() && self.model.delay && self.model.real_pole {
+            // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine the one beside the other.
+            self.drop_idle_details(starts);
+            if !self.model.delay {
+                return self.add_mode(starts, asked_for);
+            }
+        }
+        let refusal = not_sensible(&wider, &found, starts).or(undetermined);
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());
         if !kept && let Some(step) = self.steps.last() {
@@ -173,11 +181,7 @@ impl Chosen<'_> {
             .or_else(|| no_real_pole(&wider, &found, starts))
             .or_else(|| not_determined(&wider, &found));
         let parameters = parameters_of(&wider) - parameters_of(&self.model);
-        let words = real_pole_words(&wider, &found);
-        if self.weigh(words, wider, found, parameters, SHARE_OF_A_MODE, refusal) {
-            // A delay is to first order a rate of every mode: beside them nothing determines it, nor any mode added to both.
-            self.drop_idle_details(starts);
-        }
+        self.weigh(real_pole_words(&wider, &found), wider, found, parameters, SHARE_OF_A_MODE, refusal);
     }
 
     fn try_detail(&mut self, what: &str, wider: ForcedModel<'_>) {

@@ -112,7 +112,7 @@ pub struct Score {
 /// Judges an answer.
 pub fn mark(truth: &Truth, answer: Option<&Answer>) -> Mark {
     let Some(answer) = answer else { return Mark::NoAnswer };
-    let tied = || answer.ties.iter().any(|tie| tie.candidates.iter().any(|set| holds(set, &truth.physics)));
+    let tied = || answer.ties.iter().any(|tie| tie.candidates.iter().any(|set| holds(set, truth)));
     if truth.physics.is_empty() {
         return if !answer.effects.is_empty() {
             Mark::Wrong
@@ -150,12 +150,19 @@ pub fn mark(truth: &Truth, answer: Option<&Answer>) -> Mark {
     }
 }
 
-/// Whether a tied set of `id at location` is the truth.
-fn holds(set: &[String], physics: &[Physics]) -> bool {
-    let is = |name: &str, law: &Physics| {
-        name.split_once(" at ").is_some_and(|(id, place)| id == law.id && same_place(&law.location, place))
+/// Whether a tied set of `id at location`, or `id at sensor (column)` where several are read, is the truth; the truth's laws of a sensor
+/// are those of the first output.
+fn holds(set: &[String], truth: &Truth) -> bool {
+    let reads_it = |column: &str| {
+        let mut first = truth.channels.iter().filter(|channel| channel.output == 0);
+        first.any(|channel| channel.column == column.trim_end_matches(')'))
     };
-    set.len() == physics.len() && physics.iter().all(|law| set.iter().any(|name| is(name, law)))
+    let is = |name: &str, law: &Physics| {
+        let Some((id, place)) = name.split_once(" at ") else { return false };
+        let (place, column) = place.split_once(" (").map_or((place, None), |(place, c)| (place, Some(c)));
+        id == law.id && same_place(&law.location, place) && column.is_none_or(reads_it)
+    };
+    set.len() == truth.physics.len() && truth.physics.iter().all(|law| set.iter().any(|name| is(name, law)))
 }
 
 /// The deflection relative to the base (`beam`) and the tip against the ground (`tip`) are one place here: where the
@@ -208,7 +215,8 @@ pub fn held_out(truth: &Truth, answer: &Answer) -> Vec<HeldOut> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::Measured;
+    use crate::case::{Channel, Measured};
+    use crate::truth::devices::Device;
 
     fn truth(laws: &[(&str, &str)], outside: bool) -> Truth {
         Truth {
@@ -263,6 +271,19 @@ mod tests {
         let tie: &[&[&str]] = &[&["dead_time at drive"], &["delay at sensor", "coulomb_friction at base"]];
         assert_eq!(mark(&two, Some(&answer("ambiguous", &[("dead_time", "drive")], tie))), Mark::Tied);
         assert_eq!(mark(&two, Some(&answer("ambiguous", &[("dead_time", "drive")], &tie[..1]))), Mark::Wrong);
+    }
+
+    #[test]
+    fn a_tied_law_of_one_of_several_sensors_is_the_truth_where_it_is_that_of_the_first_output() {
+        let mut one = truth(&[("delay", "sensor")], false);
+        let device = Device { rate_hz: 100.0, noise_rms: 0.0, noise_correlation: 0.0, quantum: 0.0 };
+        let channel = |output: usize, column: &str| Channel { output, column: column.to_owned(), device };
+        one.channels = vec![channel(0, "tip_deflection_m"), channel(1, "base_position_m")];
+        let judged =
+            |tie: &str| mark(&one, Some(&answer("ambiguous", &[("exposure_blur", "sensor")], &[&[tie]])));
+        assert_eq!(judged("delay at sensor (tip_deflection_m)"), Mark::Tied);
+        assert_eq!(judged("delay at sensor (base_position_m)"), Mark::Wrong);
+        assert_eq!(judged("delay at sensor"), Mark::Tied);
     }
 
     #[test]

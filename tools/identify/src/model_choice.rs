@@ -127,7 +127,8 @@ impl Chosen<'_> {
         };
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
-        let undetermined = not_determined(&wider, &found);
+        let refusal = not_sensible(&wider, &found, starts);
+        let undetermined = if refusal.is_none() { not_determined(&wider, &found) } else { None };
         if undetermined.is_some() && self.model.delay && self.model.real_pole {
             // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine the one beside the other.
             self.drop_idle_details(starts);
@@ -135,7 +136,7 @@ impl Chosen<'_> {
                 return self.add_mode(starts, asked_for);
             }
         }
-        let refusal = not_sensible(&wider, &found, starts).or(undetermined);
+        let refusal = refusal.or(undetermined);
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());
         if !kept && let Some(step) = self.steps.last() {

@@ -2,10 +2,12 @@
 
 use rayon::prelude::*;
 
+use crate::noise::OutputResidual;
 use crate::quality::role_of;
 use crate::record::Record;
 use crate::result::Overlay;
 use crate::simulation::{Hypothesis, simulate};
+use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study};
 
 /// All outputs of all recordings under the given, the refitted and the extended model; the first `given_laws` of the extended one are
@@ -17,20 +19,20 @@ pub(crate) fn overlays(
     extended: Option<(&Hypothesis, &OnAll)>,
     given_laws: usize,
 ) -> Vec<Overlay> {
-    let bare = extended.map(|(hypothesis, on_all)| bare_changes(study, hypothesis, on_all, given_laws));
+    let bare =
+        extended.and_then(|(found, on_all)| without_found(study, &found.with_first_laws(given_laws), on_all));
     let mut overlays = Vec::new();
     for (index, column) in columns.iter().enumerate() {
         let extended = extended.map(|(_, on_all)| study.parts(on_all, index));
+        let bare = bare.as_ref().map(|on_all| study.parts(on_all, index));
         let refitted = study.parts(refitted, index);
         for (place, part) in study.parts(given, index).into_iter().enumerate() {
             let recorded = &part.record.outputs[part.output].samples;
-            let extended_residual = extended.as_ref().map(|parts| parts[place].residual.clone());
-            let of_this =
-                |(record, _): &&(&Record, Option<Vec<Vec<f64>>>)| std::ptr::eq(*record, part.record);
-            let change = bare.iter().flatten().find(of_this).and_then(|(_, change)| change.as_ref());
-            let without_effects = change.zip(extended_residual.as_ref()).map(|(change, residual)| {
+            let without_effects = extended.as_ref().zip(bare.as_ref()).map(|(extended, bare)| {
+                let OutputResidual { residual, simulated, .. } = &extended[place];
+                let change = bare[place].simulated.iter().zip(*simulated).map(|(bare, with)| bare - with);
                 let fitted = recorded.iter().zip(residual).map(|(recorded, residual)| recorded - residual);
-                fitted.zip(&change[part.output]).map(|(fitted, change)| fitted + change).collect()
+                fitted.zip(change).map(|(fitted, change)| fitted + change).collect()
             });
             overlays.push(Overlay {
                 recording: part.record.name.clone(),
@@ -39,7 +41,7 @@ pub(crate) fn overlays(
                 time_s: part.record.times_s(part.output),
                 recorded: recorded.clone(),
                 refitted_residual: refitted[place].residual.clone(),
-                extended_residual,
+                extended_residual: extended.as_ref().map(|parts| parts[place].residual.clone()),
                 without_effects,
                 given_residual: part.residual,
             });
@@ -48,26 +50,19 @@ pub(crate) fn overlays(
     overlays
 }
 
-/// How the recorded outputs would change without the laws that were found, by recording; `None` where that machine cannot be simulated.
-fn bare_changes<'s>(
-    study: &'s Study,
-    found: &Hypothesis,
-    on_all: &OnAll,
-    given_laws: usize,
-) -> Vec<(&'s Record, Option<Vec<Vec<f64>>>)> {
-    let bare = found.with_first_laws(given_laws);
-    let records = study.train.iter().zip(&on_all.train).chain(study.held_out.iter().zip(&on_all.held_out));
-    let records: Vec<_> = records.collect();
-    records
-        .into_par_iter()
-        .map(|(record, fit)| {
-            let change = simulate(&bare, record, &fit.initial).map(|outputs| {
-                let pairs = outputs.into_iter().zip(&fit.simulated);
-                pairs.map(|(bare, with)| bare.iter().zip(with).map(|(b, w)| b - w).collect()).collect()
-            });
-            let is_finite =
-                |change: &Vec<Vec<f64>>| change.iter().flatten().all(|value: &f64| value.is_finite());
-            (record, change.filter(is_finite))
-        })
-        .collect()
+/// The same starts simulated by the machine without the laws that were found; `None` where that cannot be.
+fn without_found(study: &Study, bare: &Hypothesis, on_all: &OnAll) -> Option<OnAll> {
+    let simulated = |(record, fit): (&Record, &RecordFit)| {
+        let simulated = simulate(bare, record, &fit.initial)?;
+        let is_finite = simulated.iter().flatten().all(|value| value.is_finite());
+        is_finite.then(|| RecordFit { simulated, ..fit.clone() })
+    };
+    let all = |records: &[Record], fits: &[RecordFit]| {
+        let pairs: Vec<(&Record, &RecordFit)> = records.iter().zip(fits).collect();
+        pairs.into_par_iter().map(simulated).collect::<Option<Vec<RecordFit>>>()
+    };
+    Some(OnAll {
+        train: all(&study.train, &on_all.train)?,
+        held_out: all(&study.held_out, &on_all.held_out)?,
+    })
 }

@@ -396,36 +396,32 @@ impl Fitted {
     /// since the jag that a fit has ended in is lower than all around it, and while a law was missing the model's own parameters have made up
     /// for a part of it.
     pub(crate) fn across_the_jags(&self, stack: &Stack<'_>) -> Self {
-        let from = |times: f64| {
-            let values = self.free.iter().zip(&self.values);
-            let values: Vec<f64> = values
-                .map(|(free, value)| {
-                    let larger = if free.path.starts_with("physics.") { times * value } else { *value };
-                    larger.clamp(free.lower, free.upper)
-                })
-                .collect();
-            let begun = (values, self.initial_states());
-            Effort::ROUGH.iter().fold((begun, None), |((values, starts), best): (_, Option<Self>), effort| {
-                let found = fit(stack, &self.hypothesis, &self.free, &values, &starts, *effort);
-                let is_better =
-                    |found: &Self| best.as_ref().is_none_or(|b| found.sum_of_squares < b.sum_of_squares);
-                match found.filter(is_better) {
-                    Some(found) => ((found.values.clone(), found.initial_states()), Some(found)),
-                    None => ((values, starts), best),
+        let from = |times: &f64| {
+            let rows = self.free.iter().zip(&self.values);
+            let begun = rows.map(|(free, value)| {
+                let larger = if free.path.starts_with("physics.") { times * value } else { *value };
+                larger.max(free.lower).min(free.upper)
+            });
+            let (mut values, mut starts): (Vec<f64>, _) = (begun.collect(), self.initial_states());
+            let mut best: Option<Self> = None;
+            for effort in Effort::ROUGH {
+                let found = fit(stack, &self.hypothesis, &self.free, &values, &starts, effort);
+                let before = best.as_ref().map_or(f64::INFINITY, |best| best.sum_of_squares);
+                if let Some(found) = found.filter(|found| found.sum_of_squares < before) {
+                    (values, starts) = (found.values.clone(), found.initial_states());
+                    best = Some(found);
                 }
-            })
+            }
+            best
         };
-        let found = LARGER.iter().filter_map(|times| from(*times).1);
-        found.fold(
-            self.clone(),
-            |best, found| {
-                if found.sum_of_squares < best.sum_of_squares { found } else { best }
-            },
-        )
+        let found = LARGER.iter().filter_map(from);
+        let best = found.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
+        best.filter(|best| best.sum_of_squares < self.sum_of_squares).unwrap_or_else(|| self.clone())
     }
 
     fn sensitivities_by(&self, stack: &Stack<'_>, central: bool) -> Vec<Vec<f64>> {
-        let is_loud = self.sum_of_squares > LOUD * stack.present() as f64;
+        // By innovations what is left is as loud as noise by definition.
+        let is_loud = stack.even_square(&self.records) > LOUD * stack.present() as f64;
         let difference = if is_loud && self.is_jagged(stack) { ROUGH_DIFFERENCE } else { DIFFERENCE };
         let all: Vec<usize> = (0..self.free.len()).collect();
         self.differences(stack, &all, central, difference)
@@ -466,75 +462,20 @@ impl Fitted {
 
 #[cfg(test)]
 mod tests {
-    use rand_distr::{Distribution, Normal};
-    use rand_xoshiro::Xoshiro256PlusPlus;
-    use rand_xoshiro::rand_core::SeedableRng;
-    use stillbeam_plant::{Model, Physics, simulate};
-    use stillbeam_recording::{Recording, Role};
+    use stillbeam_plant::Physics;
+    use stillbeam_recording::Role;
 
     use super::*;
     use crate::parameters::free_parameters;
     use crate::study::Study;
-
-    const SLIDE: &str = r#"
-        schema = 1
-        kind = "lumped"
-        [[body]]
-        name = "motor"
-        mass = 35.0
-        [[body]]
-        name = "load"
-        mass = 25.0
-        [[spring]]
-        between = ["motor", "ground"]
-        stiffness = 10000.0
-        [[damper]]
-        between = ["motor", "ground"]
-        damping = 40.0
-        [[spring]]
-        between = ["motor", "load"]
-        stiffness = 31000.0
-        [[damper]]
-        between = ["motor", "load"]
-        damping = 15.0
-        [input]
-        column = "force_N"
-        body = "motor"
-        [[output]]
-        column = "motor_m"
-        body = "motor"
-        [[output]]
-        column = "load_m"
-        body = "load"
-    "#;
-
-    /// The slide with another coupling, and a law.
-    fn slide(coupling: f64, law: Physics) -> Model {
-        let text = SLIDE.replace("31000.0", &format!("{coupling:.1}"));
-        let mut model = Model::from_toml("slide.toml", &text).unwrap();
-        model.setup_mut().physics = vec![law];
-        model
-    }
-
-    fn swept(model: &Model, amplitude: f64) -> Recording {
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
-        let noise = Normal::new(0.0, 3e-5).unwrap();
-        let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
-        let sweep = |t: &f64| amplitude * (std::f64::consts::TAU * (0.6 * t + 0.2 * t * t)).sin();
-        let force = time_s.iter().map(sweep).collect();
-        let driven = Recording::new(format!("{amplitude} N"), time_s).with_column("force_N", force);
-        let mut moved = simulate(model, &driven).unwrap();
-        let outputs = moved.columns.iter_mut().filter(|column| column.name != "force_N");
-        outputs.flat_map(|column| &mut column.samples).for_each(|x| *x += noise.sample(&mut random));
-        moved
-    }
+    use crate::two_bodies::{driven, slide, swept};
 
     #[test]
     fn large_differences_lead_across_the_jags_that_play_makes() {
         let play = |gap: f64| Physics::new("backlash", "motor-load").with("gap", gap);
-        let truth = slide(31000.0, play(6.6e-4));
-        let train = [swept(&truth, 8.0), swept(&truth, 16.0)];
-        let given = slide(30200.0, play(4.8e-4));
+        let truth = slide(31000.0, &[play(6.6e-4)]);
+        let train = [8.0, 16.0].map(|amplitude| driven(&truth, &swept(amplitude), None));
+        let given = slide(30200.0, &[play(4.8e-4)]);
         let study = Study::new(&given, &train, &[]).unwrap();
         let stack = study.stack(Role::Train);
         let hypothesis = Hypothesis::given(&given);
@@ -554,7 +495,8 @@ mod tests {
         );
         assert!(rough.sum_of_squares < 0.75 * fine.sum_of_squares, "{told}");
         assert!((gap(&rough) / 6.6e-4 - 1.0).abs() < 0.1, "{told}");
-        let smooth = slide(30200.0, Physics::new("cubic_stiffness", "motor").with("stiffness", 1e6));
+        let cubic = Physics::new("cubic_stiffness", "motor").with("stiffness", 1e6);
+        let smooth = slide(30200.0, &[cubic]);
         let hypothesis = Hypothesis::given(&smooth);
         let free = free_parameters(&hypothesis);
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();

@@ -45,6 +45,8 @@ mod stacking;
 mod statistics;
 mod study;
 mod sweep;
+#[cfg(test)]
+mod two_bodies;
 mod verdict;
 mod weighting;
 mod wording;

@@ -424,3 +424,43 @@ pub(crate) fn reach(samples: &[f64]) -> f64 {
     let mean = samples.iter().sum::<f64>() / samples.len().max(1) as f64;
     (samples.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / samples.len().max(1) as f64).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use rand_distr::{Bernoulli, Distribution};
+    use rand_xoshiro::Xoshiro256PlusPlus;
+    use rand_xoshiro::rand_core::SeedableRng;
+
+    use super::*;
+    use crate::comparison::compare;
+    use crate::noise::NoiseSource;
+    use crate::two_bodies::{NOISE_M, driven, slide, swept};
+
+    #[test]
+    fn what_shakes_a_machine_at_rest_is_no_noise_of_either_of_two_sensors() {
+        let machine = slide(31000.0, &[]);
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
+        let turns = Bernoulli::new(0.02).unwrap();
+        let mut run = |amplitude: f64, shaking: f64| {
+            let force = [swept(amplitude), vec![0.0; 2000]].concat();
+            let mut push = shaking;
+            let mut turned = || {
+                push *= if turns.sample(&mut random) { -1.0 } else { 1.0 };
+                push
+            };
+            let unrecorded: Vec<f64> = force.iter().map(|_| turned()).collect();
+            driven(&machine, &force, Some(&unrecorded))
+        };
+        for shaking in [0.0, 1.3] {
+            let recordings = [run(8.0, shaking), run(16.0, shaking)];
+            let mut study = Study::new(&machine, &recordings, &[]).unwrap();
+            let compared = compare(&mut study, &Hypothesis::given(&machine)).unwrap();
+            for floor in compared.floors.iter().flatten() {
+                assert_eq!(floor.source, NoiseSource::QuietStretches);
+                let times = floor.rms / NOISE_M;
+                assert!((0.9..1.5).contains(&times), "{times} times the noise, shaken by {shaking} N");
+            }
+            assert_eq!(compared.floors.iter().flatten().count(), 2);
+        }
+    }
+}

@@ -148,7 +148,7 @@ pub(crate) fn started_at(hypothesis: &Hypothesis, record: &Record, initial: &[f6
 }
 
 /// Of outputs at all stamps those that were recorded, where they have samples.
-fn at_samples(record: &Record, outputs: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+pub(crate) fn at_samples(record: &Record, outputs: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     record
         .outputs
         .iter()

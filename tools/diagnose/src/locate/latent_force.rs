@@ -12,7 +12,7 @@ use stillbeam_plant::{Hold, Motion, Physics, StateSpace, force_along};
 use super::smoother::{ForcedError, Readings};
 use crate::noise::NoiseFloor;
 use crate::record::{OutputSignal, Record};
-use crate::simulation::{Hypothesis, simulate, state_count};
+use crate::simulation::{Hypothesis, at_samples, simulate, state_count};
 use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study};
 
@@ -137,7 +137,8 @@ fn evenly(at: &[usize]) -> Vec<usize> {
 /// began; one per training recording. `None` where one has no such beginning.
 ///
 /// Unlike a fit's residuals these departures have no initial state and no offset fitted to them: a force that changes the motion beyond
-/// recognition would be taken for those.
+/// recognition would be taken for those. In a loop they are from what the recorded force alone would have moved: what holds the machine
+/// against a force that the model lacks is part of what was recorded.
 pub(crate) fn motions_from_rest(
     study: &Study,
     linear: &Hypothesis,
@@ -146,8 +147,14 @@ pub(crate) fn motions_from_rest(
 ) -> Option<Vec<Vec<Moment>>> {
     let space = StateSpace::new(&linear.model).ok()?;
     let from_rest = |record: &Record| {
-        record.input.as_ref()?;
-        let simulated = simulate(linear, record, &vec![0.0; state_count(linear)?])?;
+        let input = record.input.as_ref()?;
+        let simulated = if record.rerun.is_in_loop() {
+            let start = space.rest_at(*input.first()?);
+            let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
+            at_samples(record, &trace.outputs)?
+        } else {
+            simulate(linear, record, &vec![0.0; state_count(linear)?])?
+        };
         let departures = record.outputs.iter().zip(&simulated).map(|(output, simulated)| {
             let departure: Vec<f64> = output.samples.iter().zip(simulated).map(|(m, s)| m - s).collect();
             let first = &departure[..departure.len().min(FIRST_SAMPLES)];

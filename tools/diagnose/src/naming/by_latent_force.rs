@@ -17,6 +17,7 @@ use super::sets::Member;
 use super::trials::{Candidate, Trial};
 use crate::fit::{Effort, Others};
 use crate::locate::latent_force::{Moment, law_forces, motions_from_rest};
+use crate::record::Record;
 
 /// A law's force has at least this share of the power of the force that is asked for at its place.
 const ALIKE: f64 = 0.5;
@@ -27,10 +28,22 @@ const STOPS: [f64; 16] =
     [0.998, 0.995, 0.99, 0.98, 0.96, 0.94, 0.92, 0.9, 0.85, 0.8, 0.75, 0.7, 0.65, 0.6, 0.5, 0.4];
 
 /// A law's likeness to the force that is asked for.
-struct Alike {
-    candidate: usize,
-    physics: Physics,
-    share: f64,
+pub(super) struct Alike {
+    pub(super) candidate: usize,
+    pub(super) physics: Physics,
+    /// Share of the power of that force.
+    pub(super) share: f64,
+}
+
+/// A law whose force is compared with the one that is asked for at a place.
+pub(super) struct Compared<'c> {
+    /// The set that lacks the force.
+    around: &'c Member,
+    /// The candidate.
+    pub(super) index: usize,
+    /// Motion and force, run by run.
+    pub(super) moments: &'c [Vec<Moment>],
+    point: usize,
 }
 
 impl Search<'_> {
@@ -66,39 +79,43 @@ impl Search<'_> {
             let Some(moments) = motions_from_rest(self.study, linear, &floors, point) else {
                 return Vec::new();
             };
-            here.into_iter().filter_map(|index| self.most_alike(around, index, &moments, point)).collect()
+            let alike = |index: usize| {
+                let compared = Compared { around, index, moments: &moments, point };
+                let is_wave = self.candidates[index].trials.iter().any(|trial| trial.period().is_some());
+                if is_wave { self.waves_alike(&compared) } else { self.most_alike(&compared) }
+            };
+            here.into_iter().flat_map(alike).collect()
         };
         (0..space.points().len()).into_par_iter().flat_map_iter(of_point).collect()
     }
 
     /// The trial of a law whose force is most like the one that is asked for, at the size that makes it so.
-    fn most_alike(
-        &self,
-        around: &Member,
-        index: usize,
-        moments: &[Vec<Moment>],
-        point: usize,
-    ) -> Option<Alike> {
-        let candidate = &self.candidates[index];
-        let stack = self.study.stack(Role::Train);
-        let wanted: Vec<f64> = moments.iter().flatten().map(|moment| moment[2]).collect();
+    fn most_alike(&self, compared: &Compared<'_>) -> Vec<Alike> {
+        let candidate = &self.candidates[compared.index];
+        let wanted: Vec<f64> = compared.moments.iter().flatten().map(|moment| moment[2]).collect();
         let power = dot(&wanted, &wanted);
-        let compared = |trial: &Trial| {
-            let law = candidate.physics(trial, 1.0);
-            let mut force = Vec::with_capacity(wanted.len());
-            for (moments, record) in moments.iter().zip(&stack.records) {
-                let laws = std::slice::from_ref(&law);
-                force.extend(law_forces(&around.fitted.hypothesis, laws, moments, record, point)?);
-            }
+        let alike = |trial: &Trial| {
+            let force = self.force_of(compared, trial)?.concat();
             let along = dot(&force, &wanted);
             let factor = along / dot(&force, &force);
             let share = factor * along / power;
             let is_possible = factor > 0.0 || candidate.is_signed(trial);
             let physics = candidate.physics(trial, factor);
-            (share > ALIKE && is_possible).then_some(Alike { candidate: index, physics, share })
+            (share > ALIKE && is_possible).then_some(Alike { candidate: compared.index, physics, share })
         };
-        let trials = trials_along(candidate, moments);
-        trials.iter().filter_map(compared).max_by(|a, b| a.share.total_cmp(&b.share))
+        let trials = trials_along(candidate, compared.moments);
+        trials.iter().filter_map(alike).max_by(|a, b| a.share.total_cmp(&b.share)).into_iter().collect()
+    }
+
+    /// The force of a law along each recording.
+    pub(super) fn force_of(&self, compared: &Compared<'_>, trial: &Trial) -> Option<Vec<Vec<f64>>> {
+        let Compared { around, index, moments, point } = *compared;
+        let law = self.candidates[index].physics(trial, 1.0);
+        let stack = self.study.stack(Role::Train);
+        let along = |(moments, record): (&Vec<Moment>, &&Record)| {
+            law_forces(&around.fitted.hypothesis, std::slice::from_ref(&law), moments, record, point)
+        };
+        moments.iter().zip(&stack.records).map(along).collect()
     }
 }
 

@@ -7,6 +7,7 @@ pub(crate) mod gates;
 mod hidden_laws;
 mod judgement;
 mod known_from_below;
+mod lines_over_position;
 mod nested;
 #[cfg(test)]
 mod on_a_spring;

@@ -138,16 +138,25 @@ pub(crate) fn searched<T>(
     held_out: &[Recording],
     look: impl FnOnce(&mut Search<'_>, Member) -> T,
 ) -> T {
-    let given = machine();
-    let mut study = Study::new(&given, recorded, held_out).unwrap();
-    let compared = compare(&mut study, &Hypothesis::given(&given)).unwrap();
+    searched_around(&machine(), recorded, held_out, look)
+}
+
+/// The same around another machine.
+pub(crate) fn searched_around<T>(
+    given: &Model,
+    recorded: &[Recording],
+    held_out: &[Recording],
+    look: impl FnOnce(&mut Search<'_>, Member) -> T,
+) -> T {
+    let mut study = Study::new(given, recorded, held_out).unwrap();
+    let compared = compare(&mut study, &Hypothesis::given(given)).unwrap();
     let options = Options::default();
     let starts = compared.refitted.initial_states();
     let scales = Scales::new(&compared.refitted.hypothesis, &study.train, &starts).unwrap();
     let candidates = all_candidates(&compared.refitted.hypothesis, &scales, &study.train, &[], &[]);
     let mut search = Search {
         given_laws: 0,
-        given: &given,
+        given,
         candidates: &candidates,
         options: &options,
         floors: compared.floors.clone(),

@@ -46,16 +46,25 @@ impl Search<'_> {
                 take_better(&mut tried, self.tried_by_latent_force(&other, refitted));
             }
         }
+        if !self.is_over() && !self.leaves_little_with_one(&tried) {
+            take_better(&mut tried, self.tried_by_latent_force(refitted, refitted));
+        }
         tried
+    }
+
+    /// Whether one of the laws passes its gates and leaves nothing to explain.
+    fn leaves_little_with_one(&self, tried: &[Tried]) -> bool {
+        tried.iter().any(|tried| tried.passes() && self.leaves_little(&tried.member))
+    }
+
+    fn leaves_little(&self, member: &Member) -> bool {
+        self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
     }
 
     /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
     /// it, which is looked for in the next round. What is louder than noise may be a law's that looks like none beside another machine.
     fn is_explained(&self, tried: &[Tried]) -> bool {
-        let leaves_little = |member: &Member| {
-            self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
-        };
-        let settles = |member: &Member| leaves_little(member) || !self.moved_far(&member.fitted);
+        let settles = |member: &Member| self.leaves_little(member) || !self.moved_far(&member.fitted);
         tried.iter().any(|tried| tried.passes() && settles(&tried.member))
     }
 

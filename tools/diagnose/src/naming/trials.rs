@@ -69,6 +69,14 @@ impl Trial {
         self.shapes.iter().find(|(name, _)| *name == "period").map(|(_, value)| *value)
     }
 
+    /// The same wave with another period; `None` for what is none.
+    pub(crate) fn with_period(&self, period: f64) -> Option<Self> {
+        let mut other = self.clone();
+        let (_, value) = other.shapes.iter_mut().find(|(name, _)| *name == "period")?;
+        *value = period;
+        Some(other)
+    }
+
     fn rest_position(&self) -> Option<f64> {
         self.shapes.iter().find(|(name, _)| *name == "rest_position").map(|(_, value)| *value)
     }

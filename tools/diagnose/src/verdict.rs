@@ -8,6 +8,7 @@ use crate::adequacy::Rest;
 use crate::naming::gates::is_only_unconfirmed;
 use crate::naming::rounds::Tried;
 use crate::naming::same_force::same_force;
+use crate::naming::same_lateness::same_lateness;
 use crate::naming::selection::Selection;
 use crate::naming::sets::Member;
 use crate::naming::stand_ins::{Moved, StandIns};
@@ -220,7 +221,11 @@ const MOST_UNCONFIRMED: usize = 3;
 
 /// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.
 pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Candidate]) -> Vec<Tie> {
-    let same = same_force(&selection.judged, candidates);
+    let same = same_force(&selection.judged, candidates).into_iter().chain(same_lateness(
+        &selection.chosen,
+        &selection.rivals,
+        candidates,
+    ));
     if selection.rivals.is_empty() {
         return stood_for(stand_ins, candidates).into_iter().chain(same).collect();
     }

@@ -15,6 +15,7 @@ mod other_refits;
 mod other_valleys;
 pub(crate) mod rounds;
 pub(crate) mod same_force;
+pub(crate) mod same_lateness;
 pub(crate) mod scales;
 pub(crate) mod screening;
 mod second_tries;

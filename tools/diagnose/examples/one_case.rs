@@ -78,6 +78,9 @@ fn main() {
                 "  undetermined {:?}; changes {:?}",
                 found.undetermined_parameters, found.parameter_changes
             );
+            for parameter in found.refitted_model.parameters() {
+                println!("  refitted without laws: {} {:.5e}", parameter.path, parameter.value);
+            }
             for pooled in &found.fit.pooled {
                 println!(
                     "  {:?} {}: {:.3e} {:.3e} {:?} floor {:.3e}",

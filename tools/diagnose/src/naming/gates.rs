@@ -352,9 +352,40 @@ pub(crate) fn is_only_unconfirmed(gates: &[Gate], held_out: Option<Improvement>)
     failed == [HELD_OUT] && held_out.is_some_and(|held_out| held_out.z > 0.0)
 }
 
+/// Whether a law passes all gates but that of its strength, which is some standard errors from nothing all the same: a one-sided spring of which
+/// neither the contact nor the stiffness is known well may do what a cubic one does, whose only number is.
+pub(crate) fn is_only_undetermined(
+    gates: &[Gate],
+    parameters: &[(String, f64, f64, f64, f64)],
+    amplitudes: &[String],
+) -> bool {
+    let failed: Vec<&str> = gates.iter().filter(|gate| !gate.passed).map(|gate| gate.name.as_str()).collect();
+    let mut strengths = parameters.iter().filter(|(name, ..)| amplitudes.contains(name));
+    failed == [DETERMINED] && strengths.all(|(_, value, stderr, ..)| value.abs() > ONLY_STRENGTH * stderr)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_law_of_which_only_the_strength_is_not_known_well_may_be_the_one_that_is_there() {
+        let said = |t: f64, also_failed: &[&str]| {
+            let failed = [&[DETERMINED], also_failed].concat();
+            let gate = |name: &&str| Gate { name: (*name).to_owned(), passed: false, detail: String::new() };
+            let gates: Vec<Gate> = failed.iter().map(gate).collect();
+            let row =
+                |name: &str, value: f64| (name.to_owned(), value, 1.0, f64::NEG_INFINITY, f64::INFINITY);
+            is_only_undetermined(
+                &gates,
+                &[row("stiffness", -t), row("contact", 0.1)],
+                &["stiffness".to_owned()],
+            )
+        };
+        assert!(said(3.1, &[]));
+        assert!(!said(1.4, &[]), "it may as well be nothing");
+        assert!(!said(3.1, &[HELD_OUT]), "it fails elsewhere too");
+    }
 
     /// A law that takes these shares off what noise does not explain, found by a search that time has ended.
     fn cut_short(training: f64, held_out: f64, own: f64) -> bool {

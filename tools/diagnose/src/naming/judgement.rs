@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed};
+use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed, is_only_undetermined};
 use super::nested::contains;
 use super::rounds::{Place, Tried};
 use super::screening::{Screened, own_share};
@@ -307,7 +307,10 @@ impl Search<'_> {
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
             let known_to_be_better = self.is_better_in_training(&other, chosen);
-            if (other.passes() || known_to_be_better)
+            let amplitudes = self.candidates[other.candidate].amplitude_names();
+            let may_be = other.passes()
+                || (as_simple && is_only_undetermined(&other.gates, &other.parameters, &amplitudes));
+            if (may_be || known_to_be_better)
                 && let Some(member) = self.finished_if_close(other.member.clone(), chosen)
                 && (as_simple || known_to_be_better || self.is_open_beside(chosen, &member))
             {

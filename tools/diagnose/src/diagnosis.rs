@@ -167,7 +167,11 @@ pub fn diagnose(
         sentence: sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty())),
         unconfirmed,
         caps: study.caps.clone(),
-        ties: if explains { ties(&selection, &stand_ins, &candidates) } else { Vec::new() },
+        ties: if explains {
+            ties(&selection, &stand_ins, &candidates, study.has_one_output())
+        } else {
+            Vec::new()
+        },
         candidates: rows(&selection, &candidates, options.training_gate, explains),
         confusability: Confusability {
             candidates: promising.iter().map(|s| candidates[s.candidate].name()).collect(),

@@ -474,7 +474,8 @@ mod tests {
     fn large_differences_lead_across_the_jags_that_play_makes() {
         let play = |gap: f64| Physics::new("backlash", "motor-load").with("gap", gap);
         let truth = slide(31000.0, &[play(6.6e-4)]);
-        let train = [8.0, 16.0].map(|amplitude| driven(&truth, &swept(amplitude), None));
+        let train =
+            [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
         let given = slide(30200.0, &[play(4.8e-4)]);
         let study = Study::new(&given, &train, &[]).unwrap();
         let stack = study.stack(Role::Train);

@@ -258,7 +258,7 @@ pub struct Overlay {
     /// Recorded minus simulated by the extended model, if there is one.
     pub extended_residual: Option<Vec<f64>>,
     /// What the extended model makes without the laws that were found, its start and offsets as fitted with them; `None` without an
-    /// extended model, or where this one cannot be simulated.
+    /// extended model, or where this one cannot be simulated over every recording.
     pub without_effects: Option<Vec<f64>>,
 }
 

@@ -39,17 +39,16 @@ pub(crate) fn swept(amplitude_n: f64) -> Vec<f64> {
     (0..2000).map(|k| sweep(0.01 * f64::from(k))).collect()
 }
 
-/// What is recorded of it under this force, and one that nobody records.
-pub(crate) fn driven(machine: &Model, force_n: &[f64], unrecorded_n: Option<&[f64]>) -> Recording {
-    let mut random = Xoshiro256PlusPlus::seed_from_u64(5);
+/// What is recorded of it under this force, and one that nobody records; runs of different seeds have different noise.
+pub(crate) fn driven(machine: &Model, force_n: &[f64], unrecorded_n: Option<&[f64]>, seed: u64) -> Recording {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let noise = Normal::new(0.0, NOISE_M).unwrap();
     let time_s: Vec<f64> = (0..force_n.len()).map(|k| 0.01 * k as f64).collect();
     let acting = match unrecorded_n {
         Some(unrecorded) => force_n.iter().zip(unrecorded).map(|(one, other)| one + other).collect(),
         None => force_n.to_vec(),
     };
-    // No two runs have the same name.
-    let name = format!("{:.3} N", force_n.iter().fold(0.0_f64, |most, force| most.max(force.abs())));
+    let name = format!("run {seed}");
     let moved =
         simulate(machine, &Recording::new(&name, time_s.clone()).with_column("force_N", acting)).unwrap();
     let mut recording = Recording::new(name, time_s).with_column("force_N", force_n.to_vec());

@@ -219,13 +219,16 @@ pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Ve
 /// More than these are no help.
 const MOST_UNCONFIRMED: usize = 3;
 
-/// Sets of laws that cannot be told from the chosen one, or from a parameter's other value.
-pub(crate) fn ties(selection: &Selection, stand_ins: &StandIns, candidates: &[Candidate]) -> Vec<Tie> {
-    let same = same_force(&selection.judged, candidates).into_iter().chain(same_lateness(
-        &selection.chosen,
-        &selection.rivals,
-        candidates,
-    ));
+/// Sets of laws that cannot be told from the chosen one, or from a parameter's other value; `one_output`: whether all recordings have the same
+/// single output.
+pub(crate) fn ties(
+    selection: &Selection,
+    stand_ins: &StandIns,
+    candidates: &[Candidate],
+    one_output: bool,
+) -> Vec<Tie> {
+    let late = same_lateness(selection, candidates, one_output);
+    let same = same_force(&selection.judged, candidates).into_iter().chain(late);
     if selection.rivals.is_empty() {
         return stood_for(stand_ins, candidates).into_iter().chain(same).collect();
     }

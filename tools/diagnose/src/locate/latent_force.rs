@@ -149,6 +149,10 @@ pub(crate) fn motions_from_rest(
     let from_rest = |record: &Record| {
         let input = record.input.as_ref()?;
         let simulated = if record.rerun.is_in_loop() {
+            // The linear machine alone is run open loop.
+            if !linear.is_linear() {
+                return None;
+            }
             let start = space.rest_at(*input.first()?);
             let trace = space.run(&record.time_s, input, Hold::FirstOrder, &[], &start).ok()?;
             at_samples(record, &trace.outputs)?
@@ -358,7 +362,54 @@ fn bin(moments: &[Vec<Moment>], law: Option<&[Vec<f64>]>) -> Option<ForceSurface
 
 #[cfg(test)]
 mod tests {
-    use super::evenly;
+    use stillbeam_plant::Model;
+    use stillbeam_recording::Recording;
+
+    use super::*;
+    use crate::noise::NoiseSource;
+
+    const AXIS: &str = r#"
+        schema = 1
+        kind = "lumped"
+        body = [{ name = "slider", mass = 95.0 }]
+        damper = [{ between = ["slider", "ground"], damping = 200.0 }]
+        input = { column = "motor_force_N", body = "slider" }
+        output = [{ column = "position_m", body = "slider" }]
+        [controller]
+        kind = "cascade_pd"
+        kp = 60.0
+        kv = 6000.0
+        sample_s = 0.005
+        reference_column = "reference_m"
+    "#;
+
+    /// The loop holds the slide where it shall be: what is left of the position hardly shows the force, the recorded one does.
+    #[test]
+    fn a_force_that_a_loop_holds_up_is_seen_in_what_the_recorded_force_would_not_have_moved() {
+        let linear = Model::from_toml("axis.toml", AXIS).unwrap();
+        let mut truth = linear.clone();
+        truth.setup_mut().physics = vec![Physics::new("coulomb_friction", "slider").with("force", 40.0)];
+        let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+        let reference = time_s.iter().map(|t| 0.1 * (1.0 - (2.0 * t).cos())).collect();
+        let commanded = Recording::new("run", time_s.clone())
+            .with_column("reference_m", reference)
+            .with_column("motor_force_N", vec![0.0; time_s.len()]);
+        let recording = stillbeam_plant::simulate(&truth, &commanded).unwrap();
+        let recordings = [recording.clone(), Recording { name: "again".to_owned(), ..recording }];
+        let study = Study::new(&linear, &recordings, &[]).unwrap();
+        let floors = vec![Some(NoiseFloor { rms: 1e-6, source: NoiseSource::Repeats, samples: 4000.0 })];
+        let moments = motions_from_rest(&study, &Hypothesis::given(&linear), &floors, 0).unwrap();
+        let moving = moments[0].iter().filter(|[_, v, _]| v.abs() > 0.1);
+        let (along, count) =
+            moving.fold((0.0, 0.0), |(sum, n), [_, v, force]| (sum - force * v.signum(), n + 1.0));
+        assert!(count > 1000.0 && (along / count / 40.0 - 1.0).abs() < 0.1, "{} N", along / count);
+
+        let with_friction = Hypothesis::given(&truth);
+        assert!(
+            motions_from_rest(&study, &with_friction, &floors, 0).is_none(),
+            "not what a law of its own does"
+        );
+    }
 
     #[test]
     fn a_missing_sample_leaves_the_others_as_far_apart_as_they_are() {

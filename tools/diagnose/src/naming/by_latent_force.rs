@@ -21,7 +21,7 @@ use crate::record::Record;
 
 /// A law's force has at least this share of the power of the force that is asked for at its place.
 const ALIKE: f64 = 0.5;
-/// Laws that are fitted, the most alike first.
+/// Waves that are fitted, and other laws, the most alike first.
 const FITTED: usize = 3;
 /// Distances of a stop that are tried: shares of the farthest that the place was.
 const STOPS: [f64; 16] =
@@ -36,7 +36,7 @@ pub(super) struct Alike {
 }
 
 /// A law whose force is compared with the one that is asked for at a place.
-pub(super) struct Compared<'c> {
+pub(super) struct AtPlace<'c> {
     /// The set that lacks the force.
     around: &'c Member,
     /// The candidate.
@@ -51,7 +51,11 @@ impl Search<'_> {
     pub(super) fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
         let mut alike = self.laws_alike(around);
         alike.sort_by(|a, b| b.share.total_cmp(&a.share));
-        alike.truncate(FITTED);
+        // A wave has as many lines as it has, and they are shares of another power: they take no other law's place.
+        let (waves, others): (Vec<Alike>, Vec<Alike>) =
+            alike.into_iter().partition(|law| self.is_wave(law.candidate));
+        let alike: Vec<Alike> =
+            waves.into_iter().take(FITTED).chain(others.into_iter().take(FITTED)).collect();
         let number = 1 + self.given_laws;
         let fitted = |law: &Alike| {
             let amplitudes = self.candidates[law.candidate].amplitude_names();
@@ -62,6 +66,10 @@ impl Search<'_> {
         };
         let tried: Vec<Tried> = alike.par_iter().filter_map(fitted).collect();
         tried.into_iter().filter(|tried| tried.training.t() > self.options.training_gate).collect()
+    }
+
+    fn is_wave(&self, candidate: usize) -> bool {
+        self.candidates[candidate].trials.iter().any(|trial| trial.period().is_some())
     }
 
     fn laws_alike(&self, around: &Member) -> Vec<Alike> {
@@ -80,9 +88,11 @@ impl Search<'_> {
                 return Vec::new();
             };
             let alike = |index: usize| {
-                let compared = Compared { around, index, moments: &moments, point };
-                let is_wave = self.candidates[index].trials.iter().any(|trial| trial.period().is_some());
-                if is_wave { self.waves_alike(&compared) } else { self.most_alike(&compared) }
+                let compared = AtPlace { around, index, moments: &moments, point };
+                if self.is_over() {
+                    return Vec::new();
+                }
+                if self.is_wave(index) { self.waves_alike(&compared) } else { self.most_alike(&compared) }
             };
             here.into_iter().flat_map(alike).collect()
         };
@@ -90,7 +100,7 @@ impl Search<'_> {
     }
 
     /// The trial of a law whose force is most like the one that is asked for, at the size that makes it so.
-    fn most_alike(&self, compared: &Compared<'_>) -> Vec<Alike> {
+    fn most_alike(&self, compared: &AtPlace<'_>) -> Vec<Alike> {
         let candidate = &self.candidates[compared.index];
         let wanted: Vec<f64> = compared.moments.iter().flatten().map(|moment| moment[2]).collect();
         let power = dot(&wanted, &wanted);
@@ -108,8 +118,8 @@ impl Search<'_> {
     }
 
     /// The force of a law along each recording.
-    pub(super) fn force_of(&self, compared: &Compared<'_>, trial: &Trial) -> Option<Vec<Vec<f64>>> {
-        let Compared { around, index, moments, point } = *compared;
+    pub(super) fn force_of(&self, compared: &AtPlace<'_>, trial: &Trial) -> Option<Vec<Vec<f64>>> {
+        let AtPlace { around, index, moments, point } = *compared;
         let law = self.candidates[index].physics(trial, 1.0);
         let stack = self.study.stack(Role::Train);
         let along = |(moments, record): (&Vec<Moment>, &&Record)| {

@@ -282,6 +282,20 @@ impl Search<'_> {
             && self.better_by(&other.member, chosen) < self.options.separation
     }
 
+    /// A set with a law that only the gate of its strengths refuses, fitted to the end and as good as the chosen one: that they trade with the
+    /// law's shape is no sign that it is not there. Only where the chosen set leaves nothing but noise: beside another rest a tie says that the
+    /// right law may be missing, and that a law which is not known to be there must not say.
+    fn undetermined_rival(&self, other: &Tried, chosen: &Member, without: &Member) -> Option<Member> {
+        let amplitudes = self.candidates[other.candidate].amplitude_names();
+        let may_be = |tried: &Tried| is_only_undetermined(&tried.gates, &tried.parameters, &amplitudes);
+        if !may_be(other) || self.rest(chosen) != Rest::Noise {
+            return None;
+        }
+        let member = self.finished_if_close(other.member.clone(), chosen)?;
+        let finished = self.judged_on(without, member, other.candidate);
+        (finished.passes() || may_be(&finished)).then_some(finished.member)
+    }
+
     fn find_rivals(&self, selection: &mut Selection, place: usize, without: &Member) {
         let tried = if self.knows_rivals(selection) {
             selection.tried.clone()
@@ -307,13 +321,12 @@ impl Search<'_> {
             let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
             let known_to_be_better = self.is_better_in_training(&other, chosen);
-            let amplitudes = self.candidates[other.candidate].amplitude_names();
-            let may_be = other.passes()
-                || (as_simple && is_only_undetermined(&other.gates, &other.parameters, &amplitudes));
-            if (may_be || known_to_be_better)
+            if (other.passes() || known_to_be_better)
                 && let Some(member) = self.finished_if_close(other.member.clone(), chosen)
                 && (as_simple || known_to_be_better || self.is_open_beside(chosen, &member))
             {
+                selection.rivals.push(member);
+            } else if !contains && let Some(member) = self.undetermined_rival(&other, chosen, without) {
                 selection.rivals.push(member);
             }
             selection.tried.retain(|known| known.candidate != other.candidate);
@@ -330,7 +343,45 @@ fn simplest_below(chosen: usize, rivals: &[usize]) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
+    use stillbeam_plant::Physics;
+
     use super::simplest_below;
+    use crate::naming::gates::DETERMINED;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
+    use crate::result::Gate;
+
+    #[test]
+    fn a_law_refused_for_its_strength_alone_is_a_rival_only_of_what_leaves_nothing_but_noise() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![spring.clone()];
+        // Louder than what a spline through the force's samples and straight lines between them make of it.
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 3e-4);
+        searched(&noisy(&[3.0, 6.0]), &noisy(&[4.5]), |search, refitted| {
+            let chosen = search.weighed_again(fitted_with(search, &refitted, &spring));
+            let refitted = search.reweighted(refitted).unwrap();
+            let mut other = search.judged_on(&refitted, chosen.clone(), chosen.laws[0]);
+            let failed = |name: &str| Gate { name: name.to_owned(), passed: false, detail: String::new() };
+            // As if its strength traded with a shape.
+            other.gates = vec![failed(DETERMINED)];
+            assert!(search.undetermined_rival(&other, &chosen, &refitted).is_some());
+            let short =
+                stopped_at(search, &chosen, |path| if path.starts_with("physics.") { 0.7 } else { 1.0 });
+            assert!(search.undetermined_rival(&other, &short, &refitted).is_none(), "a structured rest");
+            other.parameters[0].2 = other.parameters[0].1 / 1.4;
+            assert!(
+                search.undetermined_rival(&other, &chosen, &refitted).is_none(),
+                "it may as well be nothing"
+            );
+            other.parameters[0].2 = other.parameters[0].1 / 3.1;
+            assert!(search.undetermined_rival(&other, &chosen, &refitted).is_some());
+            other.gates.push(failed("held out"));
+            assert!(
+                search.undetermined_rival(&other, &chosen, &refitted).is_none(),
+                "it fails elsewhere too"
+            );
+        });
+    }
 
     #[test]
     fn only_a_simpler_rival_takes_the_place_of_the_chosen_set_and_the_first_of_the_simplest() {

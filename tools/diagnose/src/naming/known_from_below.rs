@@ -7,7 +7,7 @@
 
 use stillbeam_recording::Role;
 
-use super::gates::{DETERMINED, DOUBT, only_strength};
+use super::gates::{DETERMINED, DOUBT, fails_only, only_strength};
 use super::rounds::Tried;
 use super::selection::Search;
 use super::sets::Member;
@@ -21,10 +21,8 @@ impl Search<'_> {
     /// The gate of the strength, passed, where a law whose parameters start with `own` fails no other and a tenth of its only strength does
     /// clearly worse.
     pub(super) fn known_from_below(&self, tried: &Tried, own: &str) -> Option<Gate> {
-        let failed: Vec<&str> =
-            tried.gates.iter().filter(|gate| !gate.passed).map(|gate| gate.name.as_str()).collect();
         let is_certain = tried.training.t() > DOUBT * self.options.training_gate;
-        if failed != [DETERMINED] || !is_certain || self.is_over() {
+        if !fails_only(&tried.gates, DETERMINED) || !is_certain || self.is_over() {
             return None;
         }
         let amplitudes = self.candidates[tried.candidate].amplitude_names();

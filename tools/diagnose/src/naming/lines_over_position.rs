@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use stillbeam_identify::tall::dot;
 
-use super::by_latent_force::{Alike, Compared};
+use super::by_latent_force::{Alike, AtPlace};
 use super::selection::Search;
 use super::trials::Candidate;
 use crate::locate::latent_force::Moment;
@@ -22,7 +22,7 @@ const FINER: i32 = 8;
 
 impl Search<'_> {
     /// Waves at the lines of the spectrum, over the position, of the force that is asked for: each is a valley of its own for a fit.
-    pub(super) fn waves_alike(&self, compared: &Compared<'_>) -> Vec<Alike> {
+    pub(super) fn waves_alike(&self, compared: &AtPlace<'_>) -> Vec<Alike> {
         let candidate = &self.candidates[compared.index];
         let about_its_mean = |force: &[f64]| {
             let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
@@ -90,7 +90,7 @@ mod tests {
 
     use crate::naming::on_a_spring::{machine, noisy_runs, searched_around};
 
-    /// At its steepest four times as stiff as the spring, and shorter than what the screen tries: the machine snaps from place to place.
+    /// At its steepest five times as stiff as the spring, and shorter than what the screen tries: the machine snaps from place to place.
     #[test]
     fn a_short_stiff_wave_is_seen_as_a_line_over_the_position_and_fitted_from_there() {
         let mut given = machine();
@@ -104,7 +104,7 @@ mod tests {
         searched_around(&given, &noisy(&[0.6, 6.0]), &noisy(&[4.0]), |search, refitted| {
             let waves = search.candidates.iter().find(|candidate| candidate.law.id() == "cogging").unwrap();
             assert!(waves.trials.iter().all(|trial| trial.period().unwrap() > 1.5e-3));
-            let tried = search.tried_by_latent_force(&refitted, &refitted);
+            let tried = search.tried_around_other_refits(&refitted, Vec::new());
             let found = tried.iter().find(|tried| search.candidates[tried.candidate].law.id() == "cogging");
             let found = found.expect("its line stands out");
             assert!(found.passes(), "{:?}", found.gates);

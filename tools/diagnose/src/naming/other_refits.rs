@@ -10,6 +10,9 @@
 //!   three ends metres from where a linear one would. *Of the linear recordings* is the refit to those that one linear machine
 //!   explains, as somebody would who identifies at small amplitudes and then looks at the large ones.
 //!
+//! Last, where the best that was found leaves more than noise, the force that the refit of everything lacks is looked at itself
+//! ([`super::by_latent_force`]).
+//!
 //! What is found there has to pass its gates against the refit to everything all the same.
 
 use rayon::prelude::*;
@@ -46,7 +49,8 @@ impl Search<'_> {
                 take_better(&mut tried, self.tried_by_latent_force(&other, refitted));
             }
         }
-        if !self.is_over() && !self.leaves_little_with_one(&tried) {
+        let is_missing_something = self.rest(refitted) != Rest::Noise && !self.leaves_little_with_one(&tried);
+        if is_missing_something && !self.is_over() {
             take_better(&mut tried, self.tried_by_latent_force(refitted, refitted));
         }
         tried

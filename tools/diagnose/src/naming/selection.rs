@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
-use super::gates::DETERMINED;
+use super::gates::{DETERMINED, fails_only};
 use super::rounds::{Place, Round, RoundKey, Tried, by_fit};
 use super::screening::Screened;
 use super::sets::Member;
@@ -46,7 +46,7 @@ pub(crate) struct Selection {
 
 impl Selection {
     /// Whether a set of these laws, in whatever order they were added, is a rival already.
-    pub(super) fn has_rival(&self, laws: &[usize]) -> bool {
+    pub(crate) fn has_rival(&self, laws: &[usize]) -> bool {
         self.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(laws))
     }
 }
@@ -157,10 +157,7 @@ impl Search<'_> {
     /// the rest of it: friction with a dip at low speed beside friction that differs by direction is friction with a dip beside
     /// a constant force. The set with such a law in the other's place, if it is beyond doubt better than the one that is there.
     fn richer_in_place(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
-        let shares = |tried: &&Tried| {
-            let mut failed = tried.gates.iter().filter(|gate| !gate.passed);
-            failed.next().is_some_and(|gate| gate.name == DETERMINED) && failed.next().is_none()
-        };
+        let shares = |tried: &&Tried| fails_only(&tried.gates, DETERMINED);
         let richer = tried.iter().filter(shares).min_by(|a, b| by_fit(a, b))?;
         let instead = (0..chosen.laws.len()).filter_map(|place| {
             let without = self.without(&richer.member, place)?;

@@ -28,8 +28,10 @@ impl Study {
                     .to_owned(),
             );
         }
-        let has_base = matches!(model, Model::BeamOnBase(_) | Model::Modal(_))
-            && model.input().is_some_and(|input| input.column != "base_position_m");
+        // Modes that are not moved by a base may have none: those of a circuit, say.
+        let has_base = matches!(model, Model::BeamOnBase(_))
+            || (matches!(model, Model::Modal(_)) && model.input_is_motion());
+        let has_base = has_base && model.input().is_some_and(|input| input.column != "base_position_m");
         let sees_base = self
             .train
             .iter()
@@ -41,5 +43,49 @@ impl Study {
                     .to_owned(),
             );
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Model;
+    use stillbeam_recording::Recording;
+
+    use crate::study::Study;
+
+    /// What is said of runs of a mode with this input.
+    fn said(input: &str) -> Vec<String> {
+        let text = format!(
+            r#"
+            schema = 1
+            kind = "modal"
+            input = {{ column = "{input}" }}
+            output = [{{ column = "reading_V" }}]
+            [[mode]]
+            frequency_hz = 2.0
+            damping_ratio = 0.01
+            participation = [1.0]
+            "#
+        );
+        let model = Model::from_toml("mode.toml", &text).unwrap();
+        let run = |amplitude: f64| {
+            let time_s: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+            let swung = |rate: f64| time_s.iter().map(|t| amplitude * (rate * t).sin()).collect::<Vec<f64>>();
+            let (driven, read) = (swung(3.0), swung(3.1));
+            Recording::new(format!("run {amplitude}"), time_s)
+                .with_column(input, driven)
+                .with_column("reading_V", read)
+        };
+        let mut study = Study::new(&model, &[run(0.01), run(0.02)], &[]).unwrap();
+        study.find_caps(&model);
+        study.caps
+    }
+
+    #[test]
+    fn a_base_that_was_not_recorded_is_missed_only_where_there_is_one() {
+        let missed = |input: &str| said(input).iter().any(|cap| cap.starts_with("the base was not recorded"));
+        assert!(missed("setpoint_m"));
+        assert!(!missed("base_position_m"), "the input is the base");
+        assert!(!missed("drive_V"), "a circuit has no base");
     }
 }

@@ -9,7 +9,7 @@ use crate::adequacy::{Adequacy, Rest, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
-use crate::intervals::standard_errors;
+use crate::intervals::precision;
 use crate::locate::locate;
 use crate::naming::by_innovations::explained_share;
 use crate::naming::scales::Scales;
@@ -301,11 +301,13 @@ fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
 
 /// Parameters of the given model that moved by more than three standard errors.
 fn parameter_changes(study: &Study, fitted: &Fitted) -> Vec<ParameterChange> {
-    let errors = standard_errors(&study.stack(Role::Train), fitted, study.slowest_hz);
+    let known = precision(&study.stack(Role::Train), fitted, study.slowest_hz, &|_| false);
+    let errors = known.by_noise.into_iter().zip(known.all_told);
     let rows = fitted.free.iter().zip(&fitted.values).zip(errors);
     rows.filter(|((parameter, _), _)| !parameter.is_added)
-        .filter(|((parameter, value), stderr)| (*value - parameter.given).abs() > 3.0 * stderr)
-        .map(|((parameter, value), stderr)| ParameterChange {
+        // That it had to move, the rest being as drawn, noise decides; how well it is known then hangs on the rest, too.
+        .filter(|((parameter, value), (by_noise, _))| (*value - parameter.given).abs() > 3.0 * by_noise)
+        .map(|((parameter, value), (_, stderr))| ParameterChange {
             path: parameter.path.clone(),
             from: parameter.given,
             to: *value,

@@ -78,7 +78,7 @@ pub struct ParameterChange {
     pub from: f64,
     /// Refitted.
     pub to: f64,
-    /// Standard error of `to`.
+    /// Standard error of `to`: of noise, and of what these recordings leave undetermined and the drawing may have wrong.
     pub stderr: f64,
 }
 

@@ -48,6 +48,12 @@ fn a_machine_far_from_its_drawing_is_found_down_to_the_noise() {
     for pooled in &found.fit.pooled {
         assert!((pooled.fits.refitted_linear.rms / NOISE_M - 1.0).abs() < 0.02, "{pooled:?}");
     }
+    // What is determined makes up for what is not and stays as drawn: it is known as well as that.
+    assert!(!found.undetermined_parameters.is_empty() && !found.parameter_changes.is_empty());
+    for change in &found.parameter_changes {
+        let off = (change.to - machine.parameter(&change.path).unwrap()).abs() / change.stderr;
+        assert!(off < 4.0, "{off:.1} standard errors: {change:?}");
+    }
 }
 
 #[test]

@@ -26,7 +26,7 @@ const MOST: f64 = 0.5;
 
 /// The same where what is left goes with the motion: it is the machine's own, and laws that leave a third as much as they take away only
 /// stand in for another. A spring that gives way half way through a run looks like one that weakens all the time.
-const MOST_OF_ITS_OWN: f64 = 0.75;
+pub(crate) const MOST_OF_ITS_OWN: f64 = 0.75;
 
 /// The verdict from what was found, what is left, whether that is louder than noise, and the share that was taken off what noise does not
 /// explain.

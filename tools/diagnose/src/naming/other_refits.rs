@@ -10,7 +10,7 @@
 //!   three ends metres from where a linear one would. *Of the linear recordings* is the refit to those that one linear machine
 //!   explains, as somebody would who identifies at small amplitudes and then looks at the large ones.
 //!
-//! Last, where the best that was found leaves more than noise, the force that the refit of everything lacks is looked at itself
+//! Last, where nothing that was found takes away so much that it would be named by itself, the force that the refit of everything lacks is looked at itself
 //! ([`super::by_latent_force`]).
 //!
 //! What is found there has to pass its gates against the refit to everything all the same.
@@ -19,6 +19,7 @@ use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
+use super::by_innovations::explained_share;
 use super::rounds::{Beside, Tried};
 use super::selection::Search;
 use super::sets::Member;
@@ -28,6 +29,7 @@ use crate::parameters::free_parameters;
 use crate::refit::{refit, refit_within_drawing};
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
+use crate::verdict::MOST_OF_ITS_OWN;
 
 /// Recordings that a refit of their own explains so many times better, in mean squares, have been spoilt by the others.
 const SPOILT: f64 = 4.0;
@@ -49,26 +51,30 @@ impl Search<'_> {
                 take_better(&mut tried, self.tried_by_latent_force(&other, refitted));
             }
         }
-        let is_missing_something = self.rest(refitted) != Rest::Noise && !self.leaves_little_with_one(&tried);
-        if is_missing_something && !self.is_over() {
+        let is_missing_most = self.rest(refitted) != Rest::Noise && !self.takes_most(refitted, &tried);
+        if is_missing_most && !self.is_over() {
             take_better(&mut tried, self.tried_by_latent_force(refitted, refitted));
         }
         tried
     }
 
-    /// Whether one of the laws passes its gates and leaves nothing to explain.
-    fn leaves_little_with_one(&self, tried: &[Tried]) -> bool {
-        tried.iter().any(|tried| tried.passes() && self.leaves_little(&tried.member))
-    }
-
-    fn leaves_little(&self, member: &Member) -> bool {
-        self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
+    /// Whether one of the laws passes its gates and takes so much away that it would be named by itself.
+    fn takes_most(&self, refitted: &Member, tried: &[Tried]) -> bool {
+        let samples = self.study.stack(Role::Train).present() as f64;
+        let share = |tried: &Tried| {
+            let squares = [refitted, &tried.member].map(|member| member.fitted.sum_of_squares);
+            explained_share(squares, samples)
+        };
+        tried.iter().any(|tried| tried.passes() && share(tried) > MOST_OF_ITS_OWN)
     }
 
     /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
     /// it, which is looked for in the next round. What is louder than noise may be a law's that looks like none beside another machine.
     fn is_explained(&self, tried: &[Tried]) -> bool {
-        let settles = |member: &Member| self.leaves_little(member) || !self.moved_far(&member.fitted);
+        let leaves_little = |member: &Member| {
+            self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
+        };
+        let settles = |member: &Member| leaves_little(member) || !self.moved_far(&member.fitted);
         tried.iter().any(|tried| tried.passes() && settles(&tried.member))
     }
 

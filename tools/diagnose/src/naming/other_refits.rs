@@ -19,12 +19,11 @@ use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
-use super::by_innovations::explained_share;
 use super::rounds::{Beside, Tried};
 use super::selection::Search;
 use super::sets::Member;
 use crate::adequacy::Rest;
-use crate::fit::Fitted;
+use crate::fit::{Fitted, LOUD};
 use crate::parameters::free_parameters;
 use crate::refit::{refit, refit_within_drawing};
 use crate::simulation::Hypothesis;
@@ -61,11 +60,11 @@ impl Search<'_> {
     /// Whether one of the laws passes its gates and takes so much away that it would be named by itself.
     fn takes_most(&self, refitted: &Member, tried: &[Tried]) -> bool {
         let samples = self.study.stack(Role::Train).present() as f64;
-        let share = |tried: &Tried| {
-            let squares = [refitted, &tried.member].map(|member| member.fitted.sum_of_squares);
-            explained_share(squares, samples)
-        };
-        tried.iter().any(|tried| tried.passes() && share(tried) > MOST_OF_ITS_OWN)
+        let left = |member: &Member| member.fitted.sum_of_squares;
+        // Where the noise is known from the refit alone, what that leaves is as loud as noise, whatever it is.
+        let noise = if left(refitted) > LOUD * samples { samples } else { 0.0 };
+        let most = MOST_OF_ITS_OWN * (left(refitted) - noise);
+        tried.iter().any(|tried| tried.passes() && left(refitted) - left(&tried.member) > most)
     }
 
     /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
@@ -171,7 +170,7 @@ mod tests {
     use stillbeam_plant::{Model, Physics};
 
     use super::*;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
     use crate::noise::NoiseFloor;
 
     const NOISE_M: f64 = 1e-5;
@@ -224,6 +223,35 @@ mod tests {
         let bound = within(9.0).expect("three times the damping is another damper");
         assert!((bound - 6.0).abs() < 1e-6, "damping is known to a factor of two: {bound} N s/m");
         assert_eq!(within(4.0), None, "the refit did not go that far");
+    }
+
+    #[test]
+    fn a_law_takes_most_away_where_it_takes_three_quarters_and_passes() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let truth = softer(vec![spring.clone()]);
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, NOISE_M);
+        searched(&noisy(&[3.0, 6.0]), &noisy(&[4.5]), |search, refitted| {
+            let settled = fitted_with(search, &refitted, &spring);
+            let judged = |set: Member| {
+                let candidate = set.laws[0];
+                let mut tried = search.judged_on(&refitted, set, candidate);
+                tried.gates.iter_mut().for_each(|gate| gate.passed = true);
+                tried
+            };
+            let stopped_by = |part: f64| {
+                let of_law = |path: &str| if path.starts_with("physics.") { part } else { 1.0 };
+                judged(stopped_at(search, &settled, of_law))
+            };
+            let (most, little) = (stopped_by(1.0), stopped_by(0.85));
+            let share =
+                |tried: &Tried| 1.0 - tried.member.fitted.sum_of_squares / refitted.fitted.sum_of_squares;
+            assert!(share(&most) > 0.9 && (0.1..0.7).contains(&share(&little)));
+            assert!(search.takes_most(&refitted, std::slice::from_ref(&most)));
+            assert!(!search.takes_most(&refitted, &[little]));
+            let mut refused = most;
+            refused.gates[0].passed = false;
+            assert!(!search.takes_most(&refitted, &[refused]), "it does not pass");
+        });
     }
 
     #[test]

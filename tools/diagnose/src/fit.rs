@@ -462,28 +462,65 @@ impl Fitted {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
+    use stillbeam_plant::{Model, Physics};
     use stillbeam_recording::Role;
 
     use super::*;
+    use crate::noise::{NoiseFloor, NoiseSource};
     use crate::parameters::free_parameters;
-    use crate::study::Study;
-    use crate::two_bodies::{driven, slide, swept};
+    use crate::study::{OnAll, Study};
+    use crate::two_bodies::{NOISE_M, driven, slide, swept};
+
+    const GIVEN_GAP_M: f64 = 4.8e-4;
+
+    fn with_play(coupling: f64, gap_m: f64) -> Model {
+        slide(coupling, &[Physics::new("backlash", "motor-load").with("gap", gap_m)])
+    }
+
+    /// Runs of a slide whose play is another one than its model says.
+    fn played() -> Study {
+        let truth = with_play(31000.0, 6.6e-4);
+        let train =
+            [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
+        Study::new(&with_play(30200.0, GIVEN_GAP_M), &train, &[]).unwrap()
+    }
+
+    /// A fit by small differences, which ends in a jag.
+    fn stuck(study: &Study) -> Fitted {
+        let hypothesis = Hypothesis::given(&with_play(30200.0, GIVEN_GAP_M));
+        let free = free_parameters(&hypothesis);
+        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+        fit(&study.stack(Role::Train), &hypothesis, &free, &start, &[], Effort::FULL).unwrap()
+    }
+
+    /// By innovations what is left is as loud as noise by definition.
+    #[test]
+    fn errors_are_of_large_differences_in_a_jag_where_readings_are_weighted_by_innovations_too() {
+        let mut study = played();
+        let fine = stuck(&study);
+        let floor = NoiseFloor { rms: NOISE_M, source: NoiseSource::Repeats, samples: 4000.0 };
+        study.weigh_by_floors(&[Some(floor.clone()), Some(floor)]);
+        let weighted = |study: &Study| {
+            let stack = study.stack(Role::Train);
+            let records = stack.evaluate(&fine.hypothesis, &fine.initial_states()).unwrap();
+            let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+            Fitted { records, sum_of_squares, ..fine.clone() }
+        };
+        let left = OnAll { train: weighted(&study).records, held_out: Vec::new() };
+        assert!(study.weigh_by_innovations(&left));
+        let (stack, by_innovations) = (study.stack(Role::Train), weighted(&study));
+        assert!(by_innovations.sum_of_squares < LOUD * stack.present() as f64);
+        assert!(by_innovations.is_jagged(&stack));
+        let all: Vec<usize> = (0..fine.free.len()).collect();
+        let large = by_innovations.differences(&stack, &all, true, ROUGH_DIFFERENCE);
+        assert!(by_innovations.sensitivities(&stack) == large);
+    }
 
     #[test]
     fn large_differences_lead_across_the_jags_that_play_makes() {
-        let play = |gap: f64| Physics::new("backlash", "motor-load").with("gap", gap);
-        let truth = slide(31000.0, &[play(6.6e-4)]);
-        let train =
-            [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
-        let given = slide(30200.0, &[play(4.8e-4)]);
-        let study = Study::new(&given, &train, &[]).unwrap();
+        let study = played();
         let stack = study.stack(Role::Train);
-        let hypothesis = Hypothesis::given(&given);
-        let free = free_parameters(&hypothesis);
-        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
-        let fitted = |effort: Effort| fit(&stack, &hypothesis, &free, &start, &[], effort).unwrap();
-        let fine = fitted(Effort::FULL);
+        let fine = stuck(&study);
         let rough = fine.across_the_jags(&stack);
         assert!(fine.is_jagged(&stack));
         let gap = |fitted: &Fitted| fitted.hypothesis.model.setup().physics[0].parameters["gap"];

@@ -29,14 +29,17 @@ impl Study {
             );
         }
         // Modes that are not moved by a base may have none: those of a circuit, say.
-        let has_base = matches!(model, Model::BeamOnBase(_))
-            || (matches!(model, Model::Modal(_)) && model.input_is_motion());
-        let has_base = has_base && model.input().is_some_and(|input| input.column != "base_position_m");
+        let has_base = match model {
+            Model::BeamOnBase(_) => true,
+            Model::Modal(_) => model.input_is_motion(),
+            _ => false,
+        };
+        let is_known = model.input().is_none_or(|input| input.column == "base_position_m");
         let sees_base = self
             .train
             .iter()
             .any(|record| record.outputs.iter().any(|output| output.column == "base_position_m"));
-        if has_base && !sees_base {
+        if has_base && !is_known && !sees_base {
             self.caps.push(
                 "the base was not recorded: what the drive does cannot be told from what the base does, nor a late drive from a \
                  late sensor; record base_position_m"

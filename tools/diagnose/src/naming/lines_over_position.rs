@@ -13,7 +13,8 @@ use super::selection::Search;
 use super::trials::Candidate;
 use crate::locate::latent_force::Moment;
 
-/// A line has at least this share of the power of the force that is asked for, a steady one put aside: a smoother passes little of where the machine is fast, and a fit decides.
+/// A line has at least this share of the power of the force that is asked for, a steady one put aside: a smoother passes little of where the
+/// machine is fast, and a fit decides.
 const WAVE_ALIKE: f64 = 0.3;
 /// Quarters of a wave over the travel that are looked for at most.
 const MOST_QUARTERS: f64 = 320.0;
@@ -24,22 +25,15 @@ impl Search<'_> {
     /// Waves at the lines of the spectrum, over the position, of the force that is asked for: each is a valley of its own for a fit.
     pub(super) fn waves_alike(&self, compared: &AtPlace<'_>) -> Vec<Alike> {
         let candidate = &self.candidates[compared.index];
-        let about_its_mean = |force: &[f64]| {
-            let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
-            force.iter().map(|force| force - mean).collect::<Vec<f64>>()
-        };
-        let asked = |moments: &Vec<Moment>| {
-            about_its_mean(&moments.iter().map(|moment| moment[2]).collect::<Vec<f64>>())
-        };
-        let wanted = compared.moments.iter().flat_map(asked).collect::<Vec<f64>>();
+        let asked = |moments: &Vec<Moment>| moments.iter().map(|moment| moment[2]).collect::<Vec<f64>>();
+        let wanted = about_their_means(&compared.moments.iter().map(asked).collect::<Vec<Vec<f64>>>());
         let power = dot(&wanted, &wanted);
         let line = |waves_per_unit: f64| {
             let period = waves_per_unit.recip();
             let wave = candidate.trials.iter().find_map(|trial| trial.with_period(period))?;
             let ahead = wave.turned(FRAC_PI_2)?;
             let [sine, cosine] = [&wave, &ahead].map(|trial| self.force_of(compared, trial));
-            let [sine, cosine] = [sine?, cosine?]
-                .map(|runs| runs.iter().flat_map(|run| about_its_mean(run)).collect::<Vec<f64>>());
+            let [sine, cosine] = [sine?, cosine?].map(|runs| about_their_means(&runs));
             let parts = of_both([&sine, &cosine], &wanted)?;
             let share = (parts[0] * dot(&sine, &wanted) + parts[1] * dot(&cosine, &wanted)) / power;
             let (trial, factor) = wave.combined(parts, &ahead)?;
@@ -48,20 +42,32 @@ impl Search<'_> {
         let frequencies = frequencies_along(candidate, compared.moments);
         let spectrum: Vec<f64> =
             frequencies.iter().map(|at| line(*at).map_or(0.0, |line| line.share)).collect();
-        let share =
-            |place: Option<usize>| place.and_then(|place| spectrum.get(place)).map_or(0.0, |share| *share);
-        let is_crest = |place: &usize| {
-            let [before, here, after] = [place.checked_sub(1), Some(*place), Some(place + 1)].map(share);
-            here > WAVE_ALIKE && here > before && here >= after
-        };
         let top = |place: usize| {
             let step = frequencies.get(1).map_or(0.0, |second| second - frequencies[0]);
             let between =
                 (-FINER..=FINER).map(|k| frequencies[place] + step * f64::from(k) / f64::from(FINER));
             between.filter_map(line).max_by(|a, b| a.share.total_cmp(&b.share))
         };
-        (0..spectrum.len()).filter(is_crest).filter_map(top).collect()
+        crests(&spectrum).filter_map(top).collect()
     }
+}
+
+/// Runs one after the other, the mean of each taken out.
+fn about_their_means(runs: &[Vec<f64>]) -> Vec<f64> {
+    let about = |run: &Vec<f64>| {
+        let mean = run.iter().sum::<f64>() / run.len().max(1) as f64;
+        run.iter().map(|force| force - mean).collect::<Vec<f64>>()
+    };
+    runs.iter().flat_map(about).collect()
+}
+
+/// Where the shares of a spectrum that count stand above those beside them.
+fn crests(shares: &[f64]) -> impl Iterator<Item = usize> {
+    let share = |place: Option<usize>| place.and_then(|place| shares.get(place)).map_or(0.0, |share| *share);
+    (0..shares.len()).filter(move |&place| {
+        let [before, here, after] = [place.checked_sub(1), Some(place), Some(place + 1)].map(share);
+        here > WAVE_ALIKE && here > before && here >= after
+    })
 }
 
 /// What of two columns adds up nearest to a third; `None` where they are one.

@@ -16,6 +16,8 @@
 //! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
+#[cfg(test)]
+mod axis_in_loop;
 mod between_samples;
 mod caps;
 mod common_motion;

@@ -433,12 +433,12 @@ pub(crate) fn reach(samples: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use rand_distr::{Bernoulli, Distribution};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::SeedableRng;
 
     use super::*;
     use crate::comparison::compare;
+    use crate::naming::on_a_spring::turning;
     use crate::noise::NoiseSource;
     use crate::two_bodies::{NOISE_M, driven, slide, swept};
 
@@ -446,15 +446,9 @@ mod tests {
     fn what_shakes_a_machine_at_rest_is_no_noise_of_either_of_two_sensors() {
         let machine = slide(31000.0, &[]);
         let mut random = Xoshiro256PlusPlus::seed_from_u64(3);
-        let turns = Bernoulli::new(0.02).unwrap();
         let mut run = |amplitude: f64, shaking: f64, seed: u64| {
             let force = [swept(amplitude), vec![0.0; 2000]].concat();
-            let mut push = shaking;
-            let mut turned = || {
-                push *= if turns.sample(&mut random) { -1.0 } else { 1.0 };
-                push
-            };
-            let unrecorded: Vec<f64> = force.iter().map(|_| turned()).collect();
+            let unrecorded = turning(shaking, force.len(), &mut random);
             driven(&machine, &force, Some(&unrecorded), seed)
         };
         for shaking in [0.0, 1.3] {

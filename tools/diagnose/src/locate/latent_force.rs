@@ -362,39 +362,18 @@ fn bin(moments: &[Vec<Moment>], law: Option<&[Vec<f64>]>) -> Option<ForceSurface
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Model;
     use stillbeam_recording::Recording;
 
     use super::*;
+    use crate::axis_in_loop::{axis, axis_with, run};
     use crate::noise::NoiseSource;
-
-    const AXIS: &str = r#"
-        schema = 1
-        kind = "lumped"
-        body = [{ name = "slider", mass = 95.0 }]
-        damper = [{ between = ["slider", "ground"], damping = 200.0 }]
-        input = { column = "motor_force_N", body = "slider" }
-        output = [{ column = "position_m", body = "slider" }]
-        [controller]
-        kind = "cascade_pd"
-        kp = 60.0
-        kv = 6000.0
-        sample_s = 0.005
-        reference_column = "reference_m"
-    "#;
 
     /// The loop holds the slide where it shall be: what is left of the position hardly shows the force, the recorded one does.
     #[test]
     fn a_force_that_a_loop_holds_up_is_seen_in_what_the_recorded_force_would_not_have_moved() {
-        let linear = Model::from_toml("axis.toml", AXIS).unwrap();
-        let mut truth = linear.clone();
-        truth.setup_mut().physics = vec![Physics::new("coulomb_friction", "slider").with("force", 40.0)];
-        let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
-        let reference = time_s.iter().map(|t| 0.1 * (1.0 - (2.0 * t).cos())).collect();
-        let commanded = Recording::new("run", time_s.clone())
-            .with_column("reference_m", reference)
-            .with_column("motor_force_N", vec![0.0; time_s.len()]);
-        let recording = stillbeam_plant::simulate(&truth, &commanded).unwrap();
+        let linear = axis();
+        let truth = axis_with(Physics::new("coulomb_friction", "slider").with("force", 40.0));
+        let recording = run(&truth);
         let recordings = [recording.clone(), Recording { name: "again".to_owned(), ..recording }];
         let study = Study::new(&linear, &recordings, &[]).unwrap();
         let floors = vec![Some(NoiseFloor { rms: 1e-6, source: NoiseSource::Repeats, samples: 4000.0 })];

@@ -10,7 +10,7 @@ mod known_from_below;
 mod lines_over_position;
 mod nested;
 #[cfg(test)]
-mod on_a_spring;
+pub(crate) mod on_a_spring;
 mod other_refits;
 mod other_valleys;
 pub(crate) mod rounds;

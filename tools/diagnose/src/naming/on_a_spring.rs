@@ -71,19 +71,10 @@ pub(crate) fn shaken_runs(
 ) -> Vec<Recording> {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let noise = Normal::new(0.0, noise_m).unwrap();
-    let turns = Bernoulli::new(0.02).unwrap();
     let mut run = |(k, amplitude): (usize, &f64)| {
         let force = swept(*amplitude);
-        let mut push = shaking_n;
-        let both: Vec<f64> = force
-            .iter()
-            .map(|force| {
-                if turns.sample(&mut random) {
-                    push = -push;
-                }
-                force + push
-            })
-            .collect();
+        let shaking = turning(shaking_n, force.len(), &mut random);
+        let both: Vec<f64> = force.iter().zip(shaking).map(|(force, push)| force + push).collect();
         let moved = driven(machine, k, &both);
         let position = moved.column("position_m").unwrap().iter();
         let read = position.map(|x| x + noise.sample(&mut random)).collect();
@@ -92,6 +83,17 @@ pub(crate) fn shaken_runs(
             .with_column("position_m", read)
     };
     amplitudes.iter().enumerate().map(&mut run).collect()
+}
+
+/// A force of this size at 100 Hz that turns at random twice a second.
+pub(crate) fn turning(size: f64, samples: usize, random: &mut Xoshiro256PlusPlus) -> Vec<f64> {
+    let turns = Bernoulli::new(0.02).unwrap();
+    let mut push = size;
+    let mut next = || {
+        push *= if turns.sample(random) { -1.0 } else { 1.0 };
+        push
+    };
+    (0..samples).map(|_| next()).collect()
 }
 
 /// The same with white noise of this size.

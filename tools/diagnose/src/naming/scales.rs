@@ -155,33 +155,11 @@ fn larger(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::{Model, Physics, simulate};
-    use stillbeam_recording::{Recording, Role};
+    use stillbeam_plant::{Model, Physics};
+    use stillbeam_recording::Role;
 
     use super::*;
-
-    const AXIS: &str = r#"
-        schema = 1
-        kind = "lumped"
-        [[body]]
-        name = "slider"
-        mass = 95.0
-        [[damper]]
-        between = ["slider", "ground"]
-        damping = 200.0
-        [input]
-        column = "motor_force_N"
-        body = "slider"
-        [[output]]
-        column = "position_m"
-        body = "slider"
-        [controller]
-        kind = "cascade_pd"
-        kp = 60.0
-        kv = 6000.0
-        sample_s = 0.005
-        reference_column = "reference_m"
-    "#;
+    use crate::axis_in_loop::{axis, axis_with, run};
 
     #[test]
     fn a_place_reaches_as_far_as_in_any_recording_and_moves_as_in_the_one_of_most_power() {
@@ -197,15 +175,8 @@ mod tests {
     /// The recorded force also holds up an offset that the model lacks: alone it would push the slide some metres away.
     #[test]
     fn a_slide_in_a_loop_travels_as_far_as_its_reference() {
-        let given = Model::from_toml("axis.toml", AXIS).unwrap();
-        let mut truth = given.clone();
-        truth.setup_mut().physics = vec![Physics::new("constant_force", "slider").with("force", 40.0)];
-        let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
-        let reference = time_s.iter().map(|t| 0.1 * (1.0 - (2.0 * t).cos())).collect();
-        let commanded = Recording::new("run", time_s.clone())
-            .with_column("reference_m", reference)
-            .with_column("motor_force_N", vec![0.0; time_s.len()]);
-        let recording = simulate(&truth, &commanded).unwrap();
+        let given = axis();
+        let recording = run(&axis_with(Physics::new("constant_force", "slider").with("force", 40.0)));
         let travel = |given: &Model| {
             let record = Record::new(&recording, Role::Train, given, None, None).unwrap();
             let hypothesis = Hypothesis::given(given);

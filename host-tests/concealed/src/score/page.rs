@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use super::judge::{Mark, Score};
-use super::tables::{Tally, by_kind, by_law, confusion, goals, held_out_ratios, median};
+use super::tables::{NEAR_THE_FLOOR, Tally, by_kind, by_law, confusion, goals, held_out_ratios, median};
 use crate::seal::digest;
 
 /// Cases of the whole bench.
@@ -113,12 +113,47 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     let wrong: Vec<String> = scores
         .iter()
         .filter(|score| score.mark == Mark::Wrong)
-        .map(|score| format!("{}: {} for {}", score.number, names(&score.named), there(score)))
+        .map(|score| {
+            format!("{}: {} for {} ({})", score.number, names(&score.named), there(score), score.verdict)
+        })
         .collect();
     if !wrong.is_empty() {
-        writeln!(text, "\nWrong names, by case:\n\n- {}", wrong.join("\n- "))?;
+        writeln!(
+            text,
+            "\nWrong names, by case (`explained`: for certain; `improved`: with the words that a structured rest remains; `ambiguous`: as one of a tie):\n\n- {}",
+            wrong.join("\n- ")
+        )?;
     }
-    Ok(())
+    far_from_the_floor(text, scores)
+}
+
+/// Outputs of cases rightly named whose held-out error is not within 1.2 of the floor.
+fn far_from_the_floor(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+    let right = scores.iter().filter(|score| score.mark == Mark::Right);
+    let far: Vec<String> = right
+        .flat_map(|score| score.held_out.iter().map(move |held_out| (score, held_out)))
+        .filter_map(|(score, held_out)| Some((score, held_out, held_out.extended? / held_out.floor)))
+        .filter(|(_, _, ratio)| *ratio > NEAR_THE_FLOOR)
+        .map(|(score, held_out, ratio)| {
+            let refit = held_out
+                .refitted
+                .map_or(String::new(), |rms| format!(", a linear refit {:.1}", rms / held_out.floor));
+            format!(
+                "{}: {} with {}: {ratio:.2} times the floor{refit}",
+                score.number,
+                held_out.output,
+                there(score)
+            )
+        })
+        .collect();
+    if far.is_empty() {
+        return Ok(());
+    }
+    writeln!(
+        text,
+        "\nRightly named, and held out beyond {NEAR_THE_FLOOR} of the floor:\n\n- {}",
+        far.join("\n- ")
+    )
 }
 
 fn marks(text: &mut String, scores: &[Score]) -> std::fmt::Result {
@@ -229,4 +264,60 @@ fn names(laws: &[String]) -> String {
 fn there(score: &Score) -> String {
     let all: Vec<String> = score.truth.iter().chain(&score.outside).cloned().collect();
     if all.is_empty() { "nothing".to_owned() } else { names(&all) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::judge::HeldOut;
+    use super::super::tables::tests::score;
+    use super::*;
+    use crate::case::Concealment;
+
+    fn making() -> Making {
+        Making {
+            seed: 1,
+            cases: 3,
+            limit_s: 40.0,
+            tool_version: "a tool".to_owned(),
+            tool_digest: "0123456789abcdef".to_owned(),
+        }
+    }
+
+    fn held_out(extended: f64) -> HeldOut {
+        HeldOut {
+            output: "tip_deflection_m".to_owned(),
+            floor: 1e-4,
+            given: Some(5e-3),
+            refitted: Some(4e-4),
+            extended: Some(extended),
+            extended_to_truth: None,
+        }
+    }
+
+    #[test]
+    fn a_wrong_name_is_printed_with_the_verdict_under_which_it_was_given() {
+        let mut wrong = score(Concealment::Outside, &[], &["coulomb_friction at tip"], Mark::Wrong);
+        wrong.verdict = "improved".to_owned();
+        wrong.outside = vec!["outside:loaded_friction at beam".to_owned()];
+        let page = page(&making(), &[wrong]);
+        assert!(
+            page.contains("0: coulomb_friction at tip for outside:loaded_friction at beam (improved)"),
+            "{page}"
+        );
+    }
+
+    #[test]
+    fn outputs_far_from_the_floor_are_listed_and_those_near_it_are_not() {
+        let mut far = score(Concealment::Visible, &["delay at sensor"], &["delay at sensor"], Mark::Right);
+        far.held_out = vec![held_out(1.5e-4)];
+        let near = Score { number: 7, held_out: vec![held_out(1.1e-4)], ..far.clone() };
+        let page = page(&making(), &[far, near]);
+        assert!(
+            page.contains(
+                "0: tip_deflection_m with delay at sensor: 1.50 times the floor, a linear refit 4.0"
+            ),
+            "{page}"
+        );
+        assert!(!page.contains("7: tip_deflection_m"), "{page}");
+    }
 }

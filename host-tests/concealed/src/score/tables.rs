@@ -64,10 +64,8 @@ pub fn goals(scores: &[Score]) -> Vec<Goal> {
         let chosen = scores.iter().filter(|score| kinds.contains(&score.concealment));
         goal(words, Tally::of(chosen), marks, |share| share >= least)
     };
-    let nothing_named = [Mark::Right, Mark::Unexplained, Mark::Missed, Mark::Tied];
     let buried = answered(&[Concealment::Buried]);
     let empty = answered(&[Concealment::Null, Concealment::Decoy]);
-    let outside = answered(&[Concealment::Outside]);
     vec![
         at_least("visible: at least 97 % right", &[Concealment::Visible], &[Mark::Right], 0.97),
         at_least("absorbed: at least 90 % right", &[Concealment::Absorbed], &[Mark::Right], 0.90),
@@ -82,12 +80,7 @@ pub fn goals(scores: &[Score]) -> Vec<Goal> {
         goal("null and decoy, of those answered: at most 1 % named", empty, &[Mark::Wrong], |share| {
             share <= 0.01
         }),
-        goal(
-            "outside the catalogue, of those answered: not named with confidence in at least 95 %",
-            outside,
-            &nothing_named,
-            |share| share >= 0.95,
-        ),
+        outside_goal(scores),
         held_out_goal(scores),
         coverage_goal(scores),
     ]
@@ -106,6 +99,28 @@ fn goal(words: &'static str, tally: Tally, marks: &[Mark], enough: impl Fn(f64) 
         met: (total >= LEAST_CASES).then(|| enough(share)),
     }
 }
+
+/// A name under `improved` or `ambiguous` says itself that it is not all, or not the only one: it is wrong, and given without confidence.
+fn outside_goal(scores: &[Score]) -> Goal {
+    let outside = scores.iter().filter(|s| s.concealment == Concealment::Outside && s.mark != Mark::NoAnswer);
+    let answered: Vec<&Score> = outside.collect();
+    let named = || answered.iter().filter(|score| score.mark == Mark::Wrong);
+    let certain = named().filter(|score| score.verdict == CERTAIN).count();
+    let (total, good) = (answered.len(), answered.len() - certain);
+    let share = good as f64 / total.max(1) as f64;
+    Goal {
+        words: "outside the catalogue, of those answered: not named with confidence (`explained`) in at least 95 %",
+        reached: format!(
+            "{good} of {total} ({:.0} %); not named at all {} of {total}",
+            100.0 * share,
+            total - named().count()
+        ),
+        met: (total >= LEAST_CASES).then_some(share >= 0.95),
+    }
+}
+
+/// The verdict under which what is named is all that is missing.
+const CERTAIN: &str = "explained";
 
 /// A held-out error within so many times the achievable floor is as good as it gets.
 pub const NEAR_THE_FLOOR: f64 = 1.2;
@@ -228,6 +243,23 @@ pub(crate) mod tests {
         assert_eq!(goals(&scores[..1])[0].met, None);
         // No case says anything about what is absorbed.
         assert_eq!(goals(&scores)[1].met, None);
+    }
+
+    #[test]
+    fn outside_the_catalogue_a_name_counts_as_confident_only_where_nothing_is_said_to_remain() {
+        let named = score(Concealment::Outside, &[], &["delay at sensor"], Mark::Wrong);
+        let doubted = Score { verdict: "improved".to_owned(), ..named.clone() };
+        let honest = score(Concealment::Outside, &[], &[], Mark::Right);
+        let of = |wrong: &Score, times: usize| {
+            let mut scores = vec![honest.clone(); 20 - times];
+            scores.extend(vec![wrong.clone(); times]);
+            outside_goal(&scores)
+        };
+        assert_eq!(of(&named, 1).met, Some(true));
+        assert_eq!(of(&named, 2).met, Some(false));
+        let doubted = of(&doubted, 2);
+        assert_eq!(doubted.met, Some(true));
+        assert!(doubted.reached.ends_with("not named at all 18 of 20"), "{}", doubted.reached);
     }
 
     #[test]

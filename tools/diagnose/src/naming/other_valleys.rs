@@ -8,6 +8,8 @@
 //! friction with a dip at low speed, begun from the cable and the dry friction that were found: begun from nothing, the fit of the richer
 //! law often stops on its way.
 //!
+//! So is the law at another place of the machine, where most of what is recorded may look the same.
+//!
 //! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is led across them by large
 //! differences.
 //!
@@ -22,8 +24,9 @@ use stillbeam_recording::Role;
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
+use super::trials::Candidate;
 use crate::adequacy::Rest;
-use crate::fit::Effort;
+use crate::fit::{Effort, Others};
 use crate::refit::{is_far_anywhere, refit_from_drawing};
 use crate::simulation::Hypothesis;
 
@@ -89,6 +92,7 @@ impl Search<'_> {
         let others = self.seen_again(member, place).into_iter().chain(self.turned_around(member, place));
         let best = others
             .chain(self.with_a_dip(member, place))
+            .chain(self.elsewhere(member, place))
             .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         (self.better_by(member, &best) > self.options.separation).then_some(best)
     }
@@ -134,6 +138,31 @@ impl Search<'_> {
         begun.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
     }
 
+    /// The set with the law, as strong as it is, at another place of the machine. In a base's sweeps a spring at the tip does nearly what one
+    /// between tip and base does, and the screen may rank the wrong one first; a base that stands elsewhere after a move tells them apart.
+    fn elsewhere(&self, member: &Member, place: usize) -> Option<Member> {
+        let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        let own = &self.candidates[member.laws[place]];
+        let is_it = |other: &Candidate| other.law.id() == own.law.id() && other.location != own.location;
+        let places = (0..self.candidates.len()).filter(|&other| is_it(&self.candidates[other]));
+        let places: Vec<usize> = places.filter(|other| !member.laws.contains(other)).collect();
+        if places.is_empty() {
+            return None;
+        }
+        // What the model's own parameters have made up for at the wrong place is no start at the right one.
+        let without = self.without(member, place)?;
+        let number = self.given_laws + without.laws.len() + 1;
+        let there = places.into_iter().filter_map(|other| {
+            let moved = Physics { location: self.candidates[other].location.clone(), ..law.clone() };
+            let amplitudes = self.candidates[other].amplitude_names();
+            let begun = self.extended(&without, other, &moved, number, &amplitudes, Others::Searched)?;
+            let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
+            self.member([&without.laws[..], &[other]].concat(), fitted)
+        });
+        let best = there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
+        Some(self.finished(best))
+    }
+
     /// The set with the law as it would be on a machine turned around.
     fn turned_around(&self, member: &Member, place: usize) -> Option<Member> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
@@ -175,7 +204,10 @@ fn turned(law: &Physics) -> Option<Physics> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
+    use crate::naming::on_a_spring::{
+        fitted_with, machine, noisy_runs, searched, searched_around, stopped_at,
+    };
+    use crate::two_bodies::{driven, slide, swept};
 
     const NOISE_M: f64 = 1e-5;
 
@@ -273,6 +305,22 @@ mod tests {
             let force = back.fitted.hypothesis.model.setup().physics[0].parameters["force"];
             assert!((mass / 2.1 - 1.0).abs() < 0.01, "{mass} kg");
             assert!((force / 1.2 - 1.0).abs() < 0.02, "{force} N");
+        });
+    }
+
+    #[test]
+    fn a_law_found_at_the_wrong_place_is_tried_at_the_others() {
+        let spring = |location: &str, k: f64| Physics::new("cubic_stiffness", location).with("stiffness", k);
+        let truth = slide(20_000.0, &[spring("motor", 3e6)]);
+        let run = |amplitude: f64, seed: u64| driven(&truth, &swept(amplitude), None, seed);
+        let (train, held_out) = ([run(40.0, 1), run(120.0, 2)], [run(80.0, 3)]);
+        searched_around(&slide(20_000.0, &[]), &train, &held_out, |search, refitted| {
+            let wrong = fitted_with(search, &refitted, &spring("load", 2e6));
+            let law = |member: &Member| member.fitted.hypothesis.model.setup().physics[0].clone();
+            assert_eq!(law(&wrong).location, "load");
+            let right = search.finished(search.in_the_deepest_valleys(wrong));
+            assert_eq!(law(&right).location, "motor");
+            assert!(departure(&law(&right), &spring("motor", 3e6), "stiffness") < 0.02, "{:?}", law(&right));
         });
     }
 

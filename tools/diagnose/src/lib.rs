@@ -16,8 +16,10 @@
 //! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
 
 mod adequacy;
+
 #[cfg(test)]
 mod axis_in_loop;
+mod beginnings;
 mod between_samples;
 mod caps;
 mod common_motion;

@@ -114,7 +114,7 @@ impl Stack<'_> {
     }
 
     /// Weighted departure of the recording from a simulation.
-    fn departure(&self, index: usize, simulated: &[Vec<f64>]) -> Vec<f64> {
+    pub(crate) fn departure(&self, index: usize, simulated: &[Vec<f64>]) -> Vec<f64> {
         let outputs = self.records[index].outputs.iter().zip(&self.weights[index]).zip(simulated);
         outputs
             .flat_map(|((output, weighting), simulated)| {
@@ -145,7 +145,6 @@ impl Stack<'_> {
         initial: &[f64],
         responses: &[Vec<Vec<f64>>],
     ) -> Option<Arc<Orthonormal>> {
-        let record = self.records[index];
         let mut columns: Vec<Vec<f64>> =
             responses.iter().map(|response| self.weighted(index, response)).collect();
         let mut linear = Orthonormal::default();
@@ -153,6 +152,26 @@ impl Stack<'_> {
         if !self.adds_free_responses(index, hypothesis) {
             columns = self.state_responses(index, hypothesis, initial, columns)?;
         }
+        columns.extend(self.offsets(index, hypothesis, &linear));
+        let mut nuisances = Orthonormal::default();
+        for column in columns {
+            if !column.iter().all(|value| value.is_finite()) {
+                return None;
+            }
+            nuisances.push(column);
+        }
+        Some(Arc::new(nuisances))
+    }
+
+    /// What an unknown zero of each sensor changes; not where the free responses of the `linear` model do the same.
+    pub(crate) fn offsets(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        linear: &Orthonormal,
+    ) -> Vec<Vec<f64>> {
+        let record = self.records[index];
+        let mut columns = Vec::new();
         for (which, output) in record.outputs.iter().enumerate() {
             if hypothesis.zero_is_known(&output.column) {
                 continue;
@@ -169,14 +188,7 @@ impl Stack<'_> {
                 columns.push(offset);
             }
         }
-        let mut nuisances = Orthonormal::default();
-        for column in columns {
-            if !column.iter().all(|value| value.is_finite()) {
-                return None;
-            }
-            nuisances.push(column);
-        }
-        Some(Arc::new(nuisances))
+        columns
     }
 
     /// What the initial state changes where laws act, by differences as large as a few tenths of the noise; `linear` are the
@@ -276,7 +288,7 @@ impl Stack<'_> {
     }
 
     /// Whether an initial state only adds the model's free response to a recording: without laws, and where no controller makes up for it.
-    fn adds_free_responses(&self, index: usize, hypothesis: &Hypothesis) -> bool {
+    pub(crate) fn adds_free_responses(&self, index: usize, hypothesis: &Hypothesis) -> bool {
         hypothesis.is_linear() && !self.records[index].rerun.is_in_loop()
     }
 
@@ -286,7 +298,7 @@ impl Stack<'_> {
     }
 
     /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from then.
-    fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
+    pub(crate) fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
         self.records[index].input.is_none() && hypothesis.model.setup().initial.is_empty()
     }
 

@@ -218,7 +218,7 @@ impl Study {
                 .ok_or_else(|| diverged(&self.train))?,
             held_out: self
                 .stack(Role::HeldOut)
-                .evaluate(hypothesis, held_out_starts)
+                .evaluate_held_out(hypothesis, held_out_starts)
                 .ok_or_else(|| diverged(&self.held_out))?,
         })
     }

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::achievable::achievable;
 use super::draw_machine::{Family, frequencies_hz, nominal};
 use super::draw_runs::runs;
 use super::{Channel, Concealment, Measured, Role, RunPlan, Truth};
@@ -188,7 +189,11 @@ impl Bench {
         if !self.moves(&runs) {
             return None;
         }
-        let held_out_floor = floors(&runs, &self.knowable(&concealed.physics, &runs)?);
+        let noise = floors(&runs, &self.knowable(&concealed.physics, &runs)?);
+        let held_out_floor = match achievable(self, &concealed.physics, &runs) {
+            Some(fitted) => noise.iter().zip(fitted).map(|(noise, fitted)| noise.max(fitted)).collect(),
+            None => noise,
+        };
         let wrong = match self.concealment {
             Concealment::Null => 0.2,
             Concealment::Decoy => 2.0,

@@ -1,5 +1,6 @@
 //! Sealed cases: a machine, what is left out of its model, how it was excited, and how well the effect is concealed.
 
+mod achievable;
 mod conceal;
 pub mod draw_machine;
 pub mod draw_runs;
@@ -156,8 +157,8 @@ pub struct Truth {
     pub runs: Vec<RunPlan>,
     /// How well it is concealed.
     pub measured: Measured,
-    /// Root mean square of what no model can know of the held-out recordings, per channel: noise, and what a force that nobody recorded
-    /// does beside a law of the catalogue.
+    /// Root mean square of what nobody can know of the held-out recordings, per channel: noise, what a force that nobody recorded does beside
+    /// a law of the catalogue, and what the training recordings leave open ([`achievable`]).
     pub held_out_floor: Vec<f64>,
     /// Drawings that did not reach the kind's definition before this one did.
     pub redrawn: usize,

@@ -29,8 +29,10 @@ impl Search<'_> {
         say: &mut dyn FnMut(&str, f64),
     ) -> Option<Selection> {
         self.weighted_by_innovations(nearest, given, compared, |search, refitted| {
-            let held_out =
-                search.study.stack(Role::HeldOut).evaluate(&refitted.hypothesis, &search.held_out_starts)?;
+            let held_out = search
+                .study
+                .stack(Role::HeldOut)
+                .evaluate_held_out(&refitted.hypothesis, &search.held_out_starts)?;
             let found = search.run(refitted, held_out, &mut |step, done| say(step, 0.7 * done));
             Some(search.judge(found, refitted, &mut |step, done| say(step, 0.7 + 0.3 * done)))
         })

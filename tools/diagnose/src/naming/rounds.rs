@@ -88,6 +88,8 @@ const HOPEFUL: f64 = 0.5;
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
 /// ... as long as they take away at least this share of what the best takes.
 pub(super) const CONTENDS: f64 = 0.5;
+/// Share of what the screen sees of the best law that another is seen as well with.
+const AS_WELL: f64 = 0.8;
 /// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
@@ -214,6 +216,10 @@ impl Search<'_> {
         if place.is_none() && !tried.iter().any(Tried::passes) && !is_given_up() {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
             tried.extend(self.fitted_ones(base, beside, next, &own));
+        } else if place.is_none() && base.laws.is_empty() {
+            // Where a law does much more than straight lines hold for, its sketch says little.
+            let next = seen_as_well(rest, &screened);
+            tried.extend(self.fitted_ones(base, beside, &next, &own));
         }
         self.begin_even_friction_at_uneven(beside.rival, place.map(|place| place.law), &mut tried);
         self.settle_the_best(beside.rival, &mut tried);
@@ -476,6 +482,15 @@ fn contenders(sketched: &[Sketched<'_>], before: f64, place: Option<Place>) -> u
     sketched.iter().take_while(|sketched| before - sketched.left > CONTENDS * best).count()
 }
 
+/// Of sketches that were not worth a fit, those of laws of which the screen sees as much as of any other.
+fn seen_as_well<'s>(sketched: Vec<Sketched<'s>>, screened: &[Screened]) -> Vec<Sketched<'s>> {
+    let most = screened.iter().map(|seen| seen.explained).fold(0.0, f64::max);
+    let mut seen: Vec<Sketched<'s>> =
+        sketched.into_iter().filter(|sketched| sketched.screened.explained > AS_WELL * most).collect();
+    seen.truncate(*FITTED_PER_ROUND.end());
+    seen
+}
+
 pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
@@ -517,6 +532,33 @@ mod tests {
 
     use super::*;
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    #[test]
+    fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
+        let trial = Trial { amplitudes: Vec::new(), shapes: Vec::new() };
+        let seen = |candidate: usize, explained: f64| Screened {
+            candidate,
+            trial: trial.clone(),
+            factor: 1.0,
+            t: 8.0,
+            hidden: 0.0,
+            explained,
+            direction: Vec::new(),
+            others: Vec::new(),
+        };
+        let screened = [seen(0, 100.0), seen(1, 90.0), seen(2, 70.0)];
+        // The first was fitted; the sketches of the other two leave as much.
+        let sketched = screened[1..].iter().map(|screened| Sketched {
+            screened,
+            left: 1e6,
+            physics: Physics::new("cubic_stiffness", "mass"),
+            records: Vec::new(),
+            begun: None,
+        });
+        let next = seen_as_well(sketched.collect(), &screened);
+        let candidates: Vec<usize> = next.iter().map(|sketched| sketched.screened.candidate).collect();
+        assert_eq!(candidates, [1]);
+    }
 
     #[test]
     fn in_a_laws_place_only_what_does_its_work_is_fitted_and_the_law_itself_is_not() {

@@ -58,7 +58,8 @@ impl Search<'_> {
     }
 
     pub(crate) fn member(&self, laws: Vec<usize>, fitted: Fitted) -> Option<Member> {
-        let held_out = self.study.stack(Role::HeldOut).evaluate(&fitted.hypothesis, &self.held_out_starts)?;
+        let held_out =
+            self.study.stack(Role::HeldOut).evaluate_held_out(&fitted.hypothesis, &self.held_out_starts)?;
         Some(Member { laws, fitted, held_out })
     }
 

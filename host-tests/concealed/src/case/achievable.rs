@@ -75,7 +75,8 @@ impl Extended<'_> {
         Rig::new(&kind, &physics)
     }
 
-    /// What is left of every channel of every recording of a role, in units of the noise, its mean taken off.
+    /// What is left of every channel of every recording of a role, in units of the noise. Zeros of sensors are unknown where a fit is made;
+    /// what is held out is missed by where a base ends up, too.
     fn left(&self, theta: &[f64], role: Role) -> Option<Vec<DVector<f64>>> {
         let rig = self.rig(theta)?;
         let mut left = Vec::new();
@@ -87,8 +88,10 @@ impl Extended<'_> {
                     recorded.len(),
                     recorded.iter().zip(&simulated).map(|(r, s)| (r - s) / channel.device.noise_rms),
                 );
-                let mean = part.mean();
-                part.add_scalar_mut(-mean);
+                if role == Role::Train {
+                    let mean = part.mean();
+                    part.add_scalar_mut(-mean);
+                }
                 left.push(part);
             }
         }

@@ -28,14 +28,42 @@ impl Search<'_> {
         compared: &Compared,
         say: &mut dyn FnMut(&str, f64),
     ) -> Option<Selection> {
-        self.weighted_by_innovations(nearest, given, compared, |search, refitted| {
+        let found = self.weighted_by_innovations(nearest, given, compared, |search, refitted| {
             let held_out = search
                 .study
                 .stack(Role::HeldOut)
                 .evaluate_held_out(&refitted.hypothesis, &search.held_out_starts)?;
             let found = search.run(refitted, held_out, &mut |step, done| say(step, 0.7 * done));
-            Some(search.judge(found, refitted, &mut |step, done| say(step, 0.7 + 0.3 * done)))
-        })
+            Some(search.judge(found, refitted, &mut |step, done| say(step, 0.7 + 0.2 * done)))
+        })?;
+        Some(
+            self.fitted_to_readings(found, &compared.refitted, &mut |step, done| say(step, 0.9 + 0.1 * done)),
+        )
+    }
+
+    /// What was found with outputs weighted by innovations, fitted to the readings themselves where it then is better: what had been left when
+    /// the weighting was made may have been the law's own doing, and with the law nothing of that colour is left.
+    fn fitted_to_readings(
+        &mut self,
+        found: Selection,
+        refitted: &Fitted,
+        say: &mut dyn FnMut(&str, f64),
+    ) -> Selection {
+        let evenly = self.in_the_deepest_valleys(self.finished(found.chosen.clone()));
+        if self.better_by(&found.chosen, &evenly) < self.options.separation {
+            return found;
+        }
+        let again = Selection {
+            chosen: evenly,
+            screened: found.screened.clone(),
+            tried: found.tried.clone(),
+            rivals: Vec::new(),
+            judged: Vec::new(),
+            left_out: found.left_out.clone(),
+            explained_share: None,
+        };
+        let again = self.judge(again, refitted, say);
+        if again.chosen.laws.is_empty() { found } else { again }
     }
 
     /// What was chosen, and what was tied with it, fitted and judged again with outputs weighted by the innovations of what it leaves over:
@@ -141,8 +169,8 @@ pub(crate) fn explained_share([without, with]: [f64; 2], samples: f64) -> f64 {
 mod tests {
     use stillbeam_plant::Physics;
 
-    use super::explained_share;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, shaken_runs, stopped_at};
+    use super::*;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, shaken_runs, stopped_at};
     use crate::{Diagnosis, Options, diagnose};
 
     #[test]
@@ -159,6 +187,34 @@ mod tests {
             assert!(search.leaves_as_little(&refitted, &refitted));
             let other = stopped_at(search, &refitted, |_| 1.2);
             assert!(!search.leaves_as_little(&other, &refitted));
+        });
+    }
+
+    #[test]
+    fn what_was_found_by_innovations_is_fitted_to_the_readings_where_that_is_better() {
+        let mut truth = machine();
+        let friction = Physics::new("coulomb_friction", "mass").with("force", 1.0);
+        truth.setup_mut().physics = vec![friction.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let best = fitted_with(search, &refitted, &friction);
+            let biased =
+                stopped_at(search, &best, |path| if path.starts_with("physics") { 1.06 } else { 1.0 });
+            let found = |chosen: &Member| Selection {
+                chosen: chosen.clone(),
+                screened: Vec::new(),
+                tried: Vec::new(),
+                rivals: Vec::new(),
+                judged: Vec::new(),
+                left_out: Vec::new(),
+                explained_share: Some(0.9),
+            };
+            let again = search.fitted_to_readings(found(&biased), &refitted.fitted, &mut |_, _| {});
+            let law = &again.chosen.fitted.hypothesis.model.setup().physics[0];
+            assert!((law.parameters["force"] - 1.0).abs() < 0.01, "{law:?}");
+            assert_eq!(again.judged.len(), 1);
+            let kept = search.fitted_to_readings(found(&best), &refitted.fitted, &mut |_, _| {});
+            assert_eq!((kept.explained_share, kept.judged.len()), (Some(0.9), 0));
         });
     }
 

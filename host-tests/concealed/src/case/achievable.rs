@@ -28,13 +28,22 @@ const ROUNDS: usize = 3;
 const HALVINGS: usize = 5;
 const SETTLED: f64 = 0.1;
 
-/// Per channel the root mean square that such a fit leaves of the held-out recordings, in the channel's unit; `None` where it cannot be
-/// made: readings in steps have no derivative.
+/// Per channel the root mean square that such a fit leaves of the held-out recordings, in the channel's unit; `None` without a law and where
+/// it cannot be made.
 pub(super) fn achievable(bench: &Bench, physics: &[Physics], runs: &[MadeRun]) -> Option<Vec<f64>> {
-    if physics.is_empty() || physics.iter().any(|law| law.id == "quantisation") {
+    if physics.is_empty() {
         return None;
     }
-    let extended = Extended { kind: bench.start(), physics, channels: &bench.channels, runs };
+    // Readings in steps have no derivative: the steps are known, and left out of what is fitted.
+    let (rounding, fitted): (Vec<Physics>, Vec<Physics>) =
+        physics.iter().cloned().partition(|law| law.id == "quantisation");
+    let extended = Extended {
+        kind: bench.start(),
+        physics: &fitted,
+        rounding: &rounding,
+        channels: &bench.channels,
+        runs,
+    };
     let theta = extended.fitted()?;
     let left = extended.left(&theta, Role::HeldOut)?;
     let pooled = |channel: usize| {
@@ -51,6 +60,7 @@ pub(super) fn achievable(bench: &Bench, physics: &[Physics], runs: &[MadeRun]) -
 struct Extended<'c> {
     kind: Kind,
     physics: &'c [Physics],
+    rounding: &'c [Physics],
     channels: &'c [Channel],
     runs: &'c [MadeRun],
 }
@@ -64,7 +74,7 @@ impl Extended<'_> {
         known
     }
 
-    fn rig(&self, theta: &[f64]) -> Option<Rig> {
+    fn rig(&self, theta: &[f64], role: Role) -> Option<Rig> {
         let mut factors = theta.iter().map(|value| value.exp());
         let mut kind = self.kind.clone();
         visit(&mut kind, &mut |value| *value *= factors.next().unwrap_or(1.0));
@@ -72,13 +82,16 @@ impl Extended<'_> {
         for value in physics.iter_mut().flat_map(|law| law.parameters.values_mut()) {
             *value *= factors.next().unwrap_or(1.0);
         }
+        if role == Role::HeldOut {
+            physics.extend_from_slice(self.rounding);
+        }
         Rig::new(&kind, &physics)
     }
 
     /// What is left of every channel of every recording of a role, in units of the noise. Zeros of sensors are unknown where a fit is made;
     /// what is held out is missed by where a base ends up, too.
     fn left(&self, theta: &[f64], role: Role) -> Option<Vec<DVector<f64>>> {
-        let rig = self.rig(theta)?;
+        let rig = self.rig(theta, role)?;
         let mut left = Vec::new();
         for run in self.runs.iter().filter(|run| run.plan.role == role) {
             let outcome = rig.run(&run.plan.excitation, RATE_HZ, 1)?;

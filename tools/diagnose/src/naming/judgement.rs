@@ -85,6 +85,7 @@ impl Search<'_> {
             self.put_simplest_first(&mut selection, refitted);
             self.put_richest_first(&mut selection, refitted);
         }
+        selection.chosen = self.with_sharper_steps(selection.chosen);
         selection
     }
 

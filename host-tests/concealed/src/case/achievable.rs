@@ -48,9 +48,8 @@ pub(super) fn achievable(bench: &Bench, physics: &[Physics], runs: &[MadeRun]) -
     let left = extended.left(&theta, Role::HeldOut)?;
     let pooled = |channel: usize| {
         let parts = left.iter().skip(channel).step_by(bench.channels.len());
-        let (sum, count) = parts.fold((0.0, 0.0), |(sum, count), part| {
-            (sum + part.norm_squared(), count + f64::from(u32::try_from(part.len()).unwrap_or(u32::MAX)))
-        });
+        let (sum, count) = parts
+            .fold((0.0, 0.0), |(sum, count), part| (sum + part.norm_squared(), count + part.len() as f64));
         bench.channels[channel].device.noise_rms * (sum / f64::max(count, 1.0)).sqrt()
     };
     Some((0..bench.channels.len()).map(pooled).collect())

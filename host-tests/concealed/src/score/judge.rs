@@ -78,6 +78,13 @@ pub struct HeldOut {
     pub extended_to_truth: Option<f64>,
 }
 
+impl HeldOut {
+    /// The extended model's error over the floor; `None` where nothing was named.
+    pub fn over_the_floor(&self) -> Option<f64> {
+        Some(self.extended? / self.floor)
+    }
+}
+
 /// The score of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Score {

@@ -132,7 +132,7 @@ fn far_from_the_floor(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     let right = scores.iter().filter(|score| score.mark == Mark::Right);
     let far: Vec<String> = right
         .flat_map(|score| score.held_out.iter().map(move |held_out| (score, held_out)))
-        .filter_map(|(score, held_out)| Some((score, held_out, held_out.extended? / held_out.floor)))
+        .filter_map(|(score, held_out)| Some((score, held_out, held_out.over_the_floor()?)))
         .filter(|(_, _, ratio)| *ratio > NEAR_THE_FLOOR)
         .map(|(score, held_out, ratio)| {
             let refit = held_out

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::judge::{Mark, Score};
+use super::judge::{HeldOut, Mark, Score};
 use crate::case::Concealment;
 
 /// How often every mark was given.
@@ -149,10 +149,7 @@ fn coverage_goal(scores: &[Score]) -> Goal {
 /// Held-out error of the extended model over the floor, per output of every case rightly named.
 pub fn held_out_ratios(scores: &[Score]) -> Vec<f64> {
     let right = scores.iter().filter(|score| score.mark == Mark::Right);
-    right
-        .flat_map(|score| &score.held_out)
-        .filter_map(|held_out| Some(held_out.extended? / held_out.floor))
-        .collect()
+    right.flat_map(|score| &score.held_out).filter_map(HeldOut::over_the_floor).collect()
 }
 
 /// Marks by kind of concealment.

@@ -44,7 +44,7 @@ impl Search<'_> {
     /// What was found with outputs weighted by innovations, fitted to the readings themselves where it then is better: what had been left when
     /// the weighting was made may have been the law's own doing, and with the law nothing of that colour is left.
     fn fitted_to_readings(
-        &mut self,
+        &self,
         found: Selection,
         refitted: &Fitted,
         say: &mut dyn FnMut(&str, f64),
@@ -55,12 +55,10 @@ impl Search<'_> {
         }
         let again = Selection {
             chosen: evenly,
-            screened: found.screened.clone(),
-            tried: found.tried.clone(),
             rivals: Vec::new(),
             judged: Vec::new(),
-            left_out: found.left_out.clone(),
             explained_share: None,
+            ..found.clone()
         };
         let again = self.judge(again, refitted, say);
         if again.chosen.laws.is_empty() { found } else { again }

@@ -1,10 +1,10 @@
-//! Laws of which the refit has taken over nearly all.
+//! Laws of which a sketch shows too little: the refit has taken over nearly all of them, or they do much more than straight lines hold for.
 //!
 //! A mass at a beam's tip does to its first two frequencies what a taper does that no calliper would miss. Around a refit that has
 //! become that beam the mass does nothing new but for a trace, by which the screen is sure of it. A sketch, in which the refitted
 //! parameters follow along straight lines, cannot tell what the mass is good for: they have a long way back, on which
 //! frequencies are off by more than a resonance's width if they follow straight. What promises more than was found is fitted with
-//! everything searched, to the end.
+//! everything searched, to the end. So is what the screen sees as well as the best, where that was not tried in the end.
 
 use rayon::prelude::*;
 use stillbeam_recording::Role;
@@ -17,7 +17,9 @@ use crate::fit::{Effort, Fitted, Others, fit};
 
 /// A law is hidden when the refit makes at least this share of the power of what it does.
 const HIDDEN: f64 = 0.9;
-/// Hidden laws that are fitted, those that promise most first.
+/// Share of what the screen sees of the best law from which another is seen as well.
+pub(super) const AS_WELL: f64 = 0.8;
+/// Laws that are fitted so, those that promise most first.
 const FITTED: usize = 2;
 
 impl Search<'_> {
@@ -25,19 +27,41 @@ impl Search<'_> {
     pub(super) fn hidden_laws(&self, base: &Member, screened: &[Screened], tried: &[Tried]) -> Vec<Tried> {
         let gains = tried.iter().map(|tried| base.fitted.sum_of_squares - tried.member.fitted.sum_of_squares);
         let best = gains.fold(0.0, f64::max);
-        let is_new = |s: &&Screened| tried.iter().all(|tried| tried.candidate != s.candidate);
-        let is_sure = |s: &&Screened| s.t.abs() > self.options.training_gate;
-        let promises = |s: &&Screened| s.hidden > HIDDEN && s.explained > CONTENDS * best;
-        let mut hidden: Vec<&Screened> =
-            screened.iter().filter(promises).filter(is_sure).filter(is_new).collect();
-        hidden.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-        hidden.truncate(FITTED);
+        let promises = |s: &Screened| s.hidden > HIDDEN && s.explained > CONTENDS * best;
+        self.fitted_to_the_end(base, screened, tried, promises)
+    }
+
+    /// Laws of which the screen sees as much as of any, and were not tried for their sketches.
+    pub(super) fn laws_seen_as_well(
+        &self,
+        base: &Member,
+        screened: &[Screened],
+        tried: &[Tried],
+    ) -> Vec<Tried> {
+        let most = screened.iter().map(|seen| seen.explained).fold(0.0, f64::max);
+        self.fitted_to_the_end(base, screened, tried, |s| s.explained > AS_WELL * most)
+    }
+
+    /// Those that promise something, were not tried and are no chance, the best of them fitted to the end whatever their sketches say.
+    fn fitted_to_the_end(
+        &self,
+        base: &Member,
+        screened: &[Screened],
+        tried: &[Tried],
+        promises: impl Fn(&Screened) -> bool,
+    ) -> Vec<Tried> {
+        let is_new = |s: &Screened| tried.iter().all(|tried| tried.candidate != s.candidate);
+        let is_sure = |s: &Screened| s.t.abs() > self.options.training_gate;
+        let mut new: Vec<&Screened> =
+            screened.iter().filter(|s| promises(s) && is_sure(s) && is_new(s)).collect();
+        new.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+        new.truncate(FITTED);
         let fitted = |screened: &&Screened| {
             let found = self.everything_searched(base, screened)?;
             (found.sum_of_squares < base.fitted.sum_of_squares)
                 .then(|| self.try_on(base, screened, &found))?
         };
-        hidden.par_iter().filter_map(fitted).collect()
+        new.par_iter().filter_map(fitted).collect()
     }
 
     /// A law fitted around the refit, all that is free searched to the end.

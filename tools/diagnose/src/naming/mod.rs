@@ -21,6 +21,8 @@ pub(crate) mod screening;
 mod second_tries;
 pub(crate) mod selection;
 pub(crate) mod sets;
+mod sharper_steps;
+mod sketches;
 pub(crate) mod stand_ins;
 pub(crate) mod trials;
 mod without_rounding;

@@ -111,6 +111,19 @@ pub(crate) fn noisy_runs(machine: &Model, amplitudes: &[f64], noise_m: f64) -> V
     runs(machine, amplitudes).into_iter().map(noisy).collect()
 }
 
+/// The same with readings rounded to multiples of a step.
+pub(crate) fn rounded_runs(machine: &Model, amplitudes: &[f64], noise_m: f64, step_m: f64) -> Vec<Recording> {
+    let round = |recording: Recording| {
+        let position = recording.column("position_m").unwrap().iter();
+        let read = position.map(|x| (x / step_m).round() * step_m).collect();
+        let force = recording.column("force_N").unwrap().to_vec();
+        Recording::new(recording.name, recording.time_s)
+            .with_column("force_N", force)
+            .with_column("position_m", read)
+    };
+    noisy_runs(machine, amplitudes, noise_m).into_iter().map(round).collect()
+}
+
 /// A fit of one law on top of a set, begun from this one.
 pub(crate) fn fitted_with(search: &Search<'_>, base: &Member, law: &Physics) -> Member {
     let is_it = |c: &Candidate| c.law.id() == law.id && c.location == law.location;

@@ -5,19 +5,17 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{
-    Closer, DOUBT, FOR_ANOTHER, Improvement, NOTICEABLE, Trialled, gates, improvement, pulls_back,
-};
+use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, Trialled, gates, improvement, pulls_back};
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
-use super::sets::{Member, law_parameters};
+use super::sets::Member;
+use super::sketches::Sketched;
 use super::trials::Trial;
 use crate::adequacy::Rest;
-use crate::fit::{Effort, Fitted, Others, fit_near};
+use crate::fit::{Effort, Fitted, Others};
 use crate::intervals::rough_standard_errors;
-use crate::parameters::FreeParameter;
 use crate::result::Gate;
-use crate::stacking::{RecordFit, Stack};
+use crate::stacking::Stack;
 
 /// Every candidate as the screen sees it beside a set, and those that were fitted on top of it.
 pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
@@ -69,35 +67,13 @@ impl Tried {
     }
 }
 
-/// A law with parameters of its own fitted, those of the model following.
-pub(super) struct Sketched<'s> {
-    screened: &'s Screened,
-    /// Sum of squares that is left.
-    left: f64,
-    pub(super) physics: Physics,
-    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow along straight lines.
-    records: Vec<RecordFit>,
-    /// The fit, where the model's parameters were searched along.
-    begun: Option<Fitted>,
-}
-
-/// A sketch that reaches this share of what a gate asks is worth a fit.
-const HOPEFUL: f64 = 0.5;
-
 /// Candidates fitted per round: these many at least and at most, the most promising first, ...
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
 /// ... as long as they take away at least this share of what the best takes.
 pub(super) const CONTENDS: f64 = 0.5;
-/// Share of what the screen sees of the best law that another is seen as well with.
-const AS_WELL: f64 = 0.8;
 /// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
-/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that holds it up: a sketch
-/// begins with half of it, so often at most, ...
-const HALVINGS: i32 = 5;
-/// ... until no more than this many times what is there without the law is left over.
-const TOO_FAR: f64 = 4.0;
 /// Where the model's own parameters are no more than these and all recordings are decays, they are searched with the law's in a sketch:
 /// that costs little more than straight lines, which end where a decay rate or a frequency has to move by as much as a decay shows
 /// of it. A law that the refit has hidden in its damping for the most part looks like nothing along them.
@@ -163,6 +139,7 @@ impl Search<'_> {
         if place.is_none() {
             tried.extend(self.hidden_laws(base, &screened, &tried));
             tried = self.tried_around_other_refits(base, tried);
+            tried.extend(self.laws_seen_as_well(base, &screened, &tried));
         }
         (screened, tried)
     }
@@ -216,10 +193,6 @@ impl Search<'_> {
         if place.is_none() && !tried.iter().any(Tried::passes) && !is_given_up() {
             let next = &rest[..rest.len().min(*FITTED_PER_ROUND.end())];
             tried.extend(self.fitted_ones(base, beside, next, &own));
-        } else if place.is_none() && base.laws.is_empty() {
-            // Where a law does much more than straight lines hold for, its sketch says little.
-            let next = seen_as_well(rest, &screened);
-            tried.extend(self.fitted_ones(base, beside, &next, &own));
         }
         self.begin_even_friction_at_uneven(beside.rival, place.map(|place| place.law), &mut tried);
         self.settle_the_best(beside.rival, &mut tried);
@@ -259,20 +232,6 @@ impl Search<'_> {
         promising
     }
 
-    /// Whether a sketched law could pass the gates of size and training beside laws that are there already, where the fit begins
-    /// nearby: the sketch has let everything else follow along straight lines.
-    fn may_pass(&self, base: &Member, sketched: &Sketched<'_>) -> bool {
-        if base.laws.is_empty() {
-            return true;
-        }
-        let stack = self.study.stack(Role::Train);
-        let before = base.fitted.sum_of_squares;
-        let systematic = (before - stack.present() as f64).max(1.0);
-        let size = (before - sketched.left) / systematic;
-        let training = improvement(&stack, &base.fitted.records, &sketched.records, self.study.slowest_hz);
-        size > HOPEFUL * NOTICEABLE && training.t() > HOPEFUL * self.options.training_gate
-    }
-
     /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
     fn fitted_ones(
         &self,
@@ -307,78 +266,6 @@ impl Search<'_> {
             .collect()
     }
 
-    /// Fits the law's own parameters from its best trials; those of the model follow. What is left,
-    /// and the law.
-    pub(super) fn sketch<'s>(
-        &self,
-        base: &Member,
-        screened: &'s Screened,
-        others: Others<'_>,
-    ) -> Option<Sketched<'s>> {
-        let best = (&screened.trial, screened.factor);
-        let trials =
-            std::iter::once(best).chain(screened.others.iter().map(|(trial, factor)| (trial, *factor)));
-        let (mut physics, fitted) = trials
-            .filter_map(|trial| self.sketch_from(base, screened, trial, others))
-            .min_by(|(_, a), (_, b)| a.sum_of_squares.total_cmp(&b.sum_of_squares))?;
-        // What the trial does not have stays out: every law has more parameters than are tried at once.
-        let own = format!("physics.{}.", base.laws.len() + 1 + self.given_laws);
-        for (parameter, value) in fitted.free.iter().zip(&fitted.values) {
-            if let Some(name) = parameter.path.strip_prefix(&own) {
-                physics.parameters.insert(name.to_owned(), *value);
-            }
-        }
-        let left = fitted.sum_of_squares;
-        let Others::Absorb(absorbing) = others else {
-            let records = fitted.records.clone();
-            return Some(Sketched { left, physics, screened, records, begun: Some(fitted) });
-        };
-        let mut records = fitted.records;
-        let mut residuals: Vec<f64> =
-            records.iter().flat_map(|record| record.residuals.iter().copied()).collect();
-        absorbing.remove_from(&mut residuals);
-        let mut rest = &residuals[..];
-        for record in &mut records {
-            let (own, others) = rest.split_at(record.residuals.len());
-            record.residuals.copy_from_slice(own);
-            rest = others;
-        }
-        Some(Sketched { left, physics, screened, records, begun: None })
-    }
-
-    /// The same from one trial.
-    fn sketch_from(
-        &self,
-        base: &Member,
-        screened: &Screened,
-        (trial, factor): (&Trial, f64),
-        others: Others<'_>,
-    ) -> Option<(Physics, Fitted)> {
-        let number = base.laws.len() + 1 + self.given_laws;
-        let candidate = &self.candidates[screened.candidate];
-        let stack = self.study.stack(Role::Train);
-        let started = (0..=HALVINGS).find_map(|halvings| {
-            let physics = candidate.physics(trial, factor * 0.5_f64.powi(halvings));
-            let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
-            let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
-            let left: f64 = near.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
-            let is_bearable = trial.amplitudes.is_empty() || left < TOO_FAR * base.fitted.sum_of_squares;
-            (is_bearable || halvings == HALVINGS).then_some((physics, hypothesis, near))
-        });
-        let (physics, hypothesis, near) = started?;
-        let law =
-            law_parameters(&hypothesis.model, &physics, number, candidate, &candidate.amplitude_names());
-        let follow = match others {
-            Others::Absorb(_) => 0,
-            Others::Searched | Others::Known(_) => base.fitted.free.len(),
-        };
-        let free: Vec<FreeParameter> = base.fitted.free[..follow].iter().chain(&law).cloned().collect();
-        let given = law.iter().map(|parameter| parameter.given);
-        let start: Vec<f64> = base.fitted.values[..follow].iter().copied().chain(given).collect();
-        let fitted = fit_near(&stack, &hypothesis, &free, &start, near, others, Effort::SKETCH)?;
-        Some((physics, fitted))
-    }
-
     /// Begins the fit of one candidate on top of a set.
     pub(super) fn begun(
         &self,
@@ -390,12 +277,6 @@ impl Search<'_> {
         let number = base.laws.len() + 1 + self.given_laws;
         let amplitudes = self.candidates[screened.candidate].amplitude_names();
         self.extended(base, screened.candidate, physics, number, &amplitudes, others)
-    }
-
-    /// One more law as it is sketched on top of a set.
-    pub(super) fn sketched_on_top(&self, base: &Member, screened: &Screened) -> Option<Physics> {
-        let (absorbing, _) = directions(&self.study.stack(Role::Train), base);
-        Some(self.sketch(base, screened, Others::Absorb(&absorbing))?.physics)
     }
 
     /// Goes on with that fit and runs the candidate's gates.
@@ -482,15 +363,6 @@ fn contenders(sketched: &[Sketched<'_>], before: f64, place: Option<Place>) -> u
     sketched.iter().take_while(|sketched| before - sketched.left > CONTENDS * best).count()
 }
 
-/// Of sketches that were not worth a fit, those of laws of which the screen sees as much as of any other.
-fn seen_as_well<'s>(sketched: Vec<Sketched<'s>>, screened: &[Screened]) -> Vec<Sketched<'s>> {
-    let most = screened.iter().map(|seen| seen.explained).fold(0.0, f64::max);
-    let mut seen: Vec<Sketched<'s>> =
-        sketched.into_iter().filter(|sketched| sketched.screened.explained > AS_WELL * most).collect();
-    seen.truncate(*FITTED_PER_ROUND.end());
-    seen
-}
-
 pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
@@ -531,33 +403,29 @@ mod tests {
     use stillbeam_plant::Physics;
 
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::hidden_laws::AS_WELL;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
+    use crate::two_bodies::{driven, slide, swept};
 
+    /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does. The weak one is fitted at the wrong
+    /// body too; fits of what looks like the strong one are no reason not to look around other refits, which finds it.
     #[test]
     fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
-        let trial = Trial { amplitudes: Vec::new(), shapes: Vec::new() };
-        let seen = |candidate: usize, explained: f64| Screened {
-            candidate,
-            trial: trial.clone(),
-            factor: 1.0,
-            t: 8.0,
-            hidden: 0.0,
-            explained,
-            direction: Vec::new(),
-            others: Vec::new(),
-        };
-        let screened = [seen(0, 100.0), seen(1, 90.0), seen(2, 70.0)];
-        // The first was fitted; the sketches of the other two leave as much.
-        let sketched = screened[1..].iter().map(|screened| Sketched {
-            screened,
-            left: 1e6,
-            physics: Physics::new("cubic_stiffness", "mass"),
-            records: Vec::new(),
-            begun: None,
-        });
-        let next = seen_as_well(sketched.collect(), &screened);
-        let candidates: Vec<usize> = next.iter().map(|sketched| sketched.screened.candidate).collect();
-        assert_eq!(candidates, [1]);
+        for stiffness in [3e5, 1e6] {
+            let spring = Physics::new("cubic_stiffness", "motor").with("stiffness", stiffness);
+            let truth = slide(20_000.0, &[spring]);
+            let run = |amplitude: f64, seed: u64| driven(&truth, &swept(amplitude), None, seed);
+            let (train, held_out) = ([run(40.0, 1), run(120.0, 2)], [run(80.0, 3)]);
+            searched_around(&slide(20_000.0, &[]), &train, &held_out, |search, refitted| {
+                let (screened, tried) = search.round(&refitted);
+                let most = screened.iter().map(|seen| seen.explained).fold(0.0, f64::max);
+                for seen in screened.iter().filter(|seen| seen.explained > AS_WELL * most) {
+                    let is_fitted = tried.iter().any(|tried| tried.candidate == seen.candidate);
+                    let candidate = &search.candidates[seen.candidate];
+                    assert!(is_fitted, "{} at {}", candidate.law.id(), candidate.location);
+                }
+            });
+        }
     }
 
     #[test]

@@ -27,6 +27,7 @@ use crate::stacking::RecordFit;
 use crate::study::Study;
 
 /// What the search found.
+#[derive(Clone)]
 pub(crate) struct Selection {
     /// The set that was chosen; the refitted model itself when it has no laws.
     pub(crate) chosen: Member,

@@ -20,72 +20,16 @@ impl Search<'_> {
             ..base.clone()
         })
     }
-
-    /// The set with rounded readings as sharp as the recordings show them. Fits need steps that some noise has made round; where there was
-    /// less, readings are missed at every step.
-    pub(super) fn with_sharper_steps(&self, member: Member) -> Member {
-        let stack = self.study.stack(Role::Train);
-        let sharper = |share: &f64| {
-            let mut fitted = member.fitted.clone();
-            let physics = &mut fitted.hypothesis.model.setup_mut().physics;
-            let law = physics.iter_mut().skip(self.given_laws).find(|law| law.id == "quantisation")?;
-            let step = *law.parameters.get("step")?;
-            let dither = law.parameters.insert("dither".to_owned(), share * step)?;
-            if dither <= share * step {
-                return None;
-            }
-            fitted.records = stack.evaluate(&fitted.hypothesis, &member.fitted.initial_states())?;
-            fitted.sum_of_squares =
-                fitted.records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
-            (fitted.sum_of_squares < member.fitted.sum_of_squares).then_some(fitted)
-        };
-        let fitted = SHARPER.iter().filter_map(sharper);
-        let best = fitted.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
-        best.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
-    }
 }
-
-/// Shares of a step that the noise before the rounding may have, sharper than those that are fitted.
-const SHARPER: [f64; 3] = [0.0, 0.025, 0.035];
 
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
-    use stillbeam_recording::Recording;
 
     use super::*;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, rounded_runs, searched};
     use crate::naming::rounds::Tried;
     use crate::naming::screening::{Leaving, Screened, screen};
-
-    #[test]
-    fn steps_are_as_sharp_as_the_noise_before_them_left_them() {
-        let step = 2e-3;
-        for noise in [0.01, 0.2] {
-            let round = |recording: Recording| {
-                let position = recording.column("position_m").unwrap().iter();
-                let read = position.map(|x| (x / step).round() * step).collect();
-                let force = recording.column("force_N").unwrap().to_vec();
-                Recording::new(recording.name, recording.time_s)
-                    .with_column("force_N", force)
-                    .with_column("position_m", read)
-            };
-            let rounded = |amplitudes: &[f64]| -> Vec<Recording> {
-                noisy_runs(&machine(), amplitudes, noise * step).into_iter().map(round).collect()
-            };
-            searched(&rounded(&[3.0, 9.0]), &rounded(&[5.0]), |search, refitted| {
-                let dither = noise.max(0.05) * step;
-                let law = Physics::new("quantisation", "sensor").with("step", step).with("dither", dither);
-                let fitted = fitted_with(search, &refitted, &law);
-                let sharper = search.with_sharper_steps(fitted.clone());
-                let of = |set: &Member| set.fitted.hypothesis.model.setup().physics[0].parameters["dither"];
-                let is_sharper = of(&sharper) < of(&fitted);
-                assert_eq!(is_sharper, noise < 0.05, "{} of {}", of(&sharper), of(&fitted));
-                let left = |set: &Member| set.fitted.sum_of_squares;
-                assert!(left(&sharper) < if is_sharper { 0.9 } else { 1.000_001 } * left(&fitted));
-            });
-        }
-    }
 
     #[test]
     fn beside_a_rounding_laws_are_looked_for_as_if_readings_had_no_steps() {
@@ -93,17 +37,7 @@ mod tests {
         let step = 2e-3;
         let mut truth = machine();
         truth.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", SPRING)];
-        let rounded = |amplitudes: &[f64]| -> Vec<Recording> {
-            let round = |recording: Recording| {
-                let position = recording.column("position_m").unwrap().iter();
-                let read = position.map(|x| (x / step).round() * step).collect();
-                let force = recording.column("force_N").unwrap().to_vec();
-                Recording::new(recording.name, recording.time_s)
-                    .with_column("force_N", force)
-                    .with_column("position_m", read)
-            };
-            noisy_runs(&truth, amplitudes, 0.05 * step).into_iter().map(round).collect()
-        };
+        let rounded = |amplitudes: &[f64]| rounded_runs(&truth, amplitudes, 0.05 * step, step);
         searched(&rounded(&[3.0, 9.0]), &rounded(&[5.0]), |search, refitted| {
             let law = Physics::new("quantisation", "sensor").with("step", step).with("dither", 0.05 * step);
             let rounding = fitted_with(search, &refitted, &law);

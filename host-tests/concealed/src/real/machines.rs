@@ -26,6 +26,8 @@ pub(super) type Part = (&'static str, Made);
 pub(super) enum Target {
     /// One of these laws is named, alone or as one side of a tie.
     Named(&'static [&'static str]),
+    /// As `Named`, or among the laws that the tool says would do and that it leaves open.
+    NamedOrOpen(&'static [&'static str]),
     /// None of these laws is named.
     NotNamed(&'static [&'static str]),
     /// Relative error in per cent of the held-out force that the extended model asks for (inverse dynamics).
@@ -143,8 +145,13 @@ pub(super) const MACHINES: [Machine; 7] = [
         train: &[("early", ring(2.0, 8.0)), ("middle", ring(14.0, 20.0)), ("late", ring(26.0, 32.0))],
         held_out: &[("between", ring(8.0, 14.0)), ("later", ring(20.0, 26.0))],
         targets: &[(
-            "damping that rises as the amplitude falls is named or tied",
-            Target::Named(&["coulomb_friction", "hysteresis", "amplitude_damping", "stribeck_friction"]),
+            "damping that rises as the amplitude falls is named, tied, or among what is left open",
+            Target::NamedOrOpen(&[
+                "coulomb_friction",
+                "hysteresis",
+                "amplitude_damping",
+                "stribeck_friction",
+            ]),
         )],
     },
     Machine {

@@ -149,15 +149,10 @@ impl Search<'_> {
         if places.is_empty() {
             return None;
         }
-        // What the model's own parameters have made up for at the wrong place is no start at the right one.
         let without = self.without(member, place)?;
-        let number = self.given_laws + without.laws.len() + 1;
         let there = places.into_iter().filter_map(|other| {
             let moved = Physics { location: self.candidates[other].location.clone(), ..law.clone() };
-            let amplitudes = self.candidates[other].amplitude_names();
-            let begun = self.extended(&without, other, &moved, number, &amplitudes, Others::Searched)?;
-            let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
-            self.member([&without.laws[..], &[other]].concat(), fitted)
+            self.begun_beside(&without, other, &moved)
         });
         let best = there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         Some(self.finished(best))
@@ -166,7 +161,21 @@ impl Search<'_> {
     /// The set with the law as it would be on a machine turned around.
     fn turned_around(&self, member: &Member, place: usize) -> Option<Member> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
-        self.exchanged(member, place, member.laws[place], &turned(law)?)
+        let (candidate, turned) = (member.laws[place], turned(law)?);
+        let beside = || self.begun_beside(&self.without(member, place)?, candidate, &turned);
+        let anew = if self.is_over() { None } else { beside().map(|begun| self.finished(begun)) };
+        let there = self.exchanged(member, place, candidate, &turned).into_iter().chain(anew);
+        there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
+    }
+
+    /// A law begun on top of a set without it: what the model's own parameters have made up for at the wrong place or on the wrong side is no
+    /// start at the right one.
+    fn begun_beside(&self, without: &Member, candidate: usize, law: &Physics) -> Option<Member> {
+        let number = self.given_laws + without.laws.len() + 1;
+        let amplitudes = self.candidates[candidate].amplitude_names();
+        let begun = self.extended(without, candidate, law, number, &amplitudes, Others::Searched)?;
+        let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
+        self.member([&without.laws[..], &[candidate]].concat(), fitted)
     }
 }
 
@@ -254,6 +263,30 @@ mod tests {
             assert!(departure(&right, &truth, "contact") < 0.02, "{right:?}");
             assert!(departure(&right, &truth, "stiffness") < 0.02, "{right:?}");
         }
+    }
+
+    /// As case 170 of seed 16: with a joint that gives way on the wrong side the model's own parameters had gone where the law turned around
+    /// found no way.
+    #[test]
+    fn a_law_turned_around_is_begun_beside_the_machine_without_it_too() {
+        let truth = Physics::new("bilinear_stiffness", "mass").with("contact", 0.02).with("stiffness", 40.0);
+        let mut real = machine();
+        real.setup_mut().physics = vec![truth.clone()];
+        let train = noisy_runs(&real, &[3.0, 9.0], NOISE_M);
+        searched(&train, &noisy_runs(&real, &[5.0], NOISE_M), |search, refitted| {
+            let around = turned(&truth).unwrap();
+            let wrong = fitted_with(search, &refitted, &around);
+            let law = |set: &Member| set.fitted.hypothesis.model.setup().physics[0].clone();
+            for times in [0.5, 1.4, 2.0] {
+                let gone = |path: &str| if path.starts_with("spring.") { times } else { 1.0 };
+                let astray = stopped_at(search, &wrong, gone);
+                let at_once = search.exchanged(&astray, 0, astray.laws[0], &truth).unwrap();
+                assert!(departure(&law(&at_once), &truth, "stiffness") > 0.5, "found anyway");
+                let right = law(&search.turned_around(&astray, 0).unwrap());
+                assert!(departure(&right, &truth, "stiffness") < 0.02, "{right:?}");
+                assert!(departure(&right, &truth, "contact") < 0.02, "{right:?}");
+            }
+        });
     }
 
     #[test]

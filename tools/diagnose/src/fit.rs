@@ -460,44 +460,33 @@ impl Fitted {
     }
 }
 
+/// A fit of a slide with play by small differences, which ends in a jag.
+#[cfg(test)]
+pub(crate) fn stuck_in_a_jag(study: &crate::study::Study) -> Fitted {
+    let hypothesis =
+        Hypothesis::given(&crate::two_bodies::with_play(30_200.0, crate::two_bodies::GIVEN_GAP_M));
+    let free = crate::parameters::free_parameters(&hypothesis);
+    let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+    let stack = study.stack(stillbeam_recording::Role::Train);
+    fit(&stack, &hypothesis, &free, &start, &[], Effort::FULL).unwrap()
+}
+
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::{Model, Physics};
+    use stillbeam_plant::Physics;
     use stillbeam_recording::Role;
 
     use super::*;
     use crate::noise::{NoiseFloor, NoiseSource};
     use crate::parameters::free_parameters;
     use crate::study::{OnAll, Study};
-    use crate::two_bodies::{NOISE_M, driven, slide, swept};
-
-    const GIVEN_GAP_M: f64 = 4.8e-4;
-
-    fn with_play(coupling: f64, gap_m: f64) -> Model {
-        slide(coupling, &[Physics::new("backlash", "motor-load").with("gap", gap_m)])
-    }
-
-    /// Runs of a slide whose play is another one than its model says.
-    fn played() -> Study {
-        let truth = with_play(31000.0, 6.6e-4);
-        let train =
-            [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
-        Study::new(&with_play(30200.0, GIVEN_GAP_M), &train, &[]).unwrap()
-    }
-
-    /// A fit by small differences, which ends in a jag.
-    fn stuck(study: &Study) -> Fitted {
-        let hypothesis = Hypothesis::given(&with_play(30200.0, GIVEN_GAP_M));
-        let free = free_parameters(&hypothesis);
-        let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
-        fit(&study.stack(Role::Train), &hypothesis, &free, &start, &[], Effort::FULL).unwrap()
-    }
+    use crate::two_bodies::{NOISE_M, played, slide};
 
     /// By innovations what is left is as loud as noise by definition.
     #[test]
     fn errors_are_of_large_differences_in_a_jag_where_readings_are_weighted_by_innovations_too() {
-        let mut study = played();
-        let fine = stuck(&study);
+        let mut study = played(6.6e-4);
+        let fine = stuck_in_a_jag(&study);
         let floor = NoiseFloor { rms: NOISE_M, source: NoiseSource::Repeats, samples: 4000.0 };
         study.weigh_by_floors(&[Some(floor.clone()), Some(floor)]);
         let weighted = |study: &Study| {
@@ -518,9 +507,9 @@ mod tests {
 
     #[test]
     fn large_differences_lead_across_the_jags_that_play_makes() {
-        let study = played();
+        let study = played(6.6e-4);
         let stack = study.stack(Role::Train);
-        let fine = stuck(&study);
+        let fine = stuck_in_a_jag(&study);
         let rough = fine.across_the_jags(&stack);
         assert!(fine.is_jagged(&stack));
         let gap = |fitted: &Fitted| fitted.hypothesis.model.setup().physics[0].parameters["gap"];

@@ -28,6 +28,7 @@ mod controls;
 mod diagnosis;
 mod error;
 mod fit;
+mod horizon;
 mod intervals;
 mod locate;
 mod naming;

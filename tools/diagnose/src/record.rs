@@ -140,6 +140,17 @@ impl Record {
         if count > 1 && self.duration_s() > 0.0 { (count - 1) as f64 / self.duration_s() } else { 1.0 }
     }
 
+    /// The same machine's run with this share (0 to 1) of its readings, from its beginning.
+    pub(crate) fn up_to(&self, share: f64) -> Self {
+        let end_s = self.time_s.first().copied().unwrap_or(0.0) + share * self.duration_s();
+        let outputs = self.outputs.iter().map(|output| {
+            let aside: Vec<usize> =
+                (0..output.at.len()).filter(|&place| self.time_s[output.at[place]] > end_s).collect();
+            output.without(&aside)
+        });
+        Self { outputs: outputs.collect(), ..self.clone() }
+    }
+
     /// Length in seconds.
     pub(crate) fn duration_s(&self) -> f64 {
         match self.time_s.as_slice() {

@@ -6,6 +6,8 @@ use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, Physics, simulate};
 use stillbeam_recording::Recording;
 
+use crate::study::Study;
+
 /// Noise of both sensors.
 pub(crate) const NOISE_M: f64 = 3e-5;
 
@@ -57,4 +59,19 @@ pub(crate) fn driven(machine: &Model, force_n: &[f64], unrecorded_n: Option<&[f6
         recording = recording.with_column(column, read.collect());
     }
     recording
+}
+
+/// Play that a model of the slide is given.
+pub(crate) const GIVEN_GAP_M: f64 = 4.8e-4;
+
+/// The slide with play between its bodies.
+pub(crate) fn with_play(coupling_n_m: f64, gap_m: f64) -> Model {
+    slide(coupling_n_m, &[Physics::new("backlash", "motor-load").with("gap", gap_m)])
+}
+
+/// What is recorded of a slide whose play is another one than its model says.
+pub(crate) fn played(gap_m: f64) -> Study {
+    let truth = with_play(31_000.0, gap_m);
+    let train = [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
+    Study::new(&with_play(30_200.0, GIVEN_GAP_M), &train, &[]).unwrap()
 }

@@ -10,8 +10,8 @@
 //!
 //! So is the law at another place of the machine, where most of what is recorded may look the same.
 //!
-//! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is led across them by large
-//! differences.
+//! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is made anew from the beginnings of
+//! the recordings, where few have come, and led across them by large differences.
 //!
 //! The model's own parameters have valleys too: a beam that is twice as thick at one end and half as stiff rings at nearly the same two
 //! frequencies. Where one went there to make up for a law that was not found yet, the laws are fitted from the drawing.
@@ -50,16 +50,22 @@ impl Search<'_> {
         member
     }
 
-    /// The set fitted by differences so large that they look across the jags of its laws; `None` where it has none, leaves no more than
-    /// noise, or gains nothing by it.
+    /// The set fitted to the beginnings of the recordings first, and by differences so large that they look across the jags of its laws;
+    /// `None` where it has none, leaves no more than noise, or gains nothing by it.
     pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train).until(self.patience);
         if self.is_over() || self.rest(member) == Rest::Noise || !member.fitted.is_jagged(&stack) {
             return None;
         }
-        let rough = member.fitted.across_the_jags(&stack);
-        let is_better = rough.sum_of_squares < member.fitted.sum_of_squares;
-        if is_better { self.member(member.laws.clone(), rough) } else { None }
+        let longer = member.fitted.over_a_lengthening_horizon(&stack);
+        let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
+        let rough = (!arrived).then(|| member.fitted.across_the_jags(&stack));
+        let best = longer
+            .into_iter()
+            .chain(rough)
+            .min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
+            .filter(|best| best.sum_of_squares < member.fitted.sum_of_squares)?;
+        self.member(member.laws.clone(), best)
     }
 
     /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.

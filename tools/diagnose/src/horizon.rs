@@ -1,0 +1,112 @@
+//! Fits over a lengthening horizon.
+//!
+//! Where a law decides when something happens, play that is crossed or a stop that is struck, a small error of a parameter moves the first
+//! such moment a little, every later one by more, and in the end the whole motion: over a long recording the sum of squares has a valley for
+//! every way in which the moments can fall, and the right one is a needle. Over the first seconds hardly any moments have come, and its
+//! valley is as wide as that of a smooth law. The fit there is a start for a stretch a little longer, and so on to the end; where a longer
+//! stretch leaves more per sample than the one before, the step was too long and is halved. Multiple shooting cuts a recording for the same
+//! reason (E. Baake, M. Baake, H. Bock and K. Briggs, Fitting ordinary differential equations to chaotic data, Physical Review A 45, 1992);
+//! a machine that begins at rest needs no states in between.
+
+use crate::fit::{Effort, Fitted, fit};
+use crate::record::Record;
+use crate::stacking::Stack;
+
+/// Share of every recording that is fitted to first, ...
+const FIRST: f64 = 0.125;
+/// ... or as many times this as give every parameter so many samples.
+const SAMPLES_PER_PARAMETER: usize = 20;
+/// There the laws are begun at these multiples of what they are: the shortest stretch has more than one valley too.
+const BEGUN_AT: [f64; 3] = [1.0, 0.75, 1.3];
+/// The largest and the smallest share of a recording by which the stretch is lengthened, ...
+const LONGEST_STEP: f64 = 0.25;
+const SHORTEST_STEP: f64 = 0.02;
+/// ... and the fits made at most.
+const MOST_FITS: usize = 24;
+/// A longer stretch is off the way where it leaves more than so many times the mean square of the one before.
+const ASTRAY: f64 = 1.2;
+
+impl Fitted {
+    /// The same parameters fitted to the beginning of every recording, then to more and more of it; `None` where no fit comes to the end.
+    /// What it leaves may be more than this fit leaves.
+    pub(crate) fn over_a_lengthening_horizon(&self, stack: &Stack<'_>) -> Option<Self> {
+        let enough = SAMPLES_PER_PARAMETER * self.free.len();
+        let mut share = FIRST * (enough as f64 / (FIRST * stack.present() as f64)).ceil().max(1.0);
+        let mut step = share;
+        let begun = BEGUN_AT.iter().filter_map(|times| {
+            let rows = self.free.iter().zip(&self.values);
+            let values = rows.map(|(free, value)| {
+                let begun = if free.path.starts_with("physics.") { times * value } else { *value };
+                begun.max(free.lower).min(free.upper)
+            });
+            self.fitted_up_to(share, stack, &values.collect::<Vec<f64>>(), &self.initial_states())
+        });
+        let mut way = begun.min_by(|a, b| a.mean_square.total_cmp(&b.mean_square))?;
+        for _ in 0..MOST_FITS {
+            if share >= 1.0 || stack.is_spent() {
+                break;
+            }
+            let longer = if share + step > 1.0 - SHORTEST_STEP { 1.0 } else { share + step };
+            let next = self.fitted_up_to(longer, stack, &way.fitted.values, &way.fitted.initial_states())?;
+            if next.mean_square > ASTRAY * way.mean_square && step > SHORTEST_STEP {
+                step = (0.5 * (longer - share)).max(SHORTEST_STEP);
+                continue;
+            }
+            (way, share) = (next, longer);
+            step = (2.0 * step).min(LONGEST_STEP);
+        }
+        (share >= 1.0).then_some(way.fitted)
+    }
+
+    /// Fitted to this share of every recording, from these values and initial states.
+    fn fitted_up_to(
+        &self,
+        share: f64,
+        stack: &Stack<'_>,
+        values: &[f64],
+        starts: &[Vec<f64>],
+    ) -> Option<OnTheWay> {
+        let parts: Vec<Record> = if share < 1.0 {
+            stack.records.iter().map(|record| record.up_to(share)).collect()
+        } else {
+            Vec::new()
+        };
+        let part = match parts.is_empty() {
+            true => stack.clone(),
+            false => Stack { records: parts.iter().collect(), ..stack.clone() },
+        };
+        let fitted = fit(&part, &self.hypothesis, &self.free, values, starts, Effort::TRIAL)?;
+        let mean_square = fitted.sum_of_squares / part.present().max(1) as f64;
+        Some(OnTheWay { fitted, mean_square })
+    }
+}
+
+/// A fit to a part of the recordings.
+struct OnTheWay {
+    fitted: Fitted,
+    /// Of its weighted residuals.
+    mean_square: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_recording::Role;
+
+    use crate::fit::{Fitted, stuck_in_a_jag};
+    use crate::two_bodies::played;
+
+    #[test]
+    fn play_that_a_fit_to_whole_recordings_misses_is_found_from_their_beginnings() {
+        for gap_m in [6.6e-4, 3.6e-4] {
+            let study = played(gap_m);
+            let stack = study.stack(Role::Train);
+            let stuck = stuck_in_a_jag(&study);
+            let gap =
+                |fitted: &Fitted| fitted.hypothesis.model.setup().physics[0].parameters["gap"] / gap_m - 1.0;
+            assert!(gap(&stuck).abs() > 0.05, "not stuck: {}", gap(&stuck));
+            let found = stuck.over_a_lengthening_horizon(&stack).unwrap();
+            let ratio = found.sum_of_squares / stuck.sum_of_squares;
+            assert!(gap(&found).abs() < 0.02 && ratio < 0.1, "{} ({ratio})", gap(&found));
+        }
+    }
+}

@@ -397,12 +397,7 @@ impl Fitted {
     /// for a part of it.
     pub(crate) fn across_the_jags(&self, stack: &Stack<'_>) -> Self {
         let from = |times: &f64| {
-            let rows = self.free.iter().zip(&self.values);
-            let begun = rows.map(|(free, value)| {
-                let larger = if free.path.starts_with("physics.") { times * value } else { *value };
-                larger.max(free.lower).min(free.upper)
-            });
-            let (mut values, mut starts): (Vec<f64>, _) = (begun.collect(), self.initial_states());
+            let (mut values, mut starts) = (self.with_larger_laws(*times), self.initial_states());
             let mut best: Option<Self> = None;
             for effort in Effort::ROUGH {
                 let found = fit(stack, &self.hypothesis, &self.free, &values, &starts, effort);
@@ -417,6 +412,16 @@ impl Fitted {
         let found = LARGER.iter().filter_map(from);
         let best = found.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares));
         best.filter(|best| best.sum_of_squares < self.sum_of_squares).unwrap_or_else(|| self.clone())
+    }
+
+    /// The values, every one of a law's so many times as large, within its bounds.
+    pub(crate) fn with_larger_laws(&self, times: f64) -> Vec<f64> {
+        let rows = self.free.iter().zip(&self.values);
+        let larger = rows.map(|(free, value)| {
+            let larger = if free.path.starts_with("physics.") { times * value } else { *value };
+            larger.max(free.lower).min(free.upper)
+        });
+        larger.collect()
     }
 
     fn sensitivities_by(&self, stack: &Stack<'_>, central: bool) -> Vec<Vec<f64>> {
@@ -460,17 +465,6 @@ impl Fitted {
     }
 }
 
-/// A fit of a slide with play by small differences, which ends in a jag.
-#[cfg(test)]
-pub(crate) fn stuck_in_a_jag(study: &crate::study::Study) -> Fitted {
-    let hypothesis =
-        Hypothesis::given(&crate::two_bodies::with_play(30_200.0, crate::two_bodies::GIVEN_GAP_M));
-    let free = crate::parameters::free_parameters(&hypothesis);
-    let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
-    let stack = study.stack(stillbeam_recording::Role::Train);
-    fit(&stack, &hypothesis, &free, &start, &[], Effort::FULL).unwrap()
-}
-
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
@@ -480,7 +474,7 @@ mod tests {
     use crate::noise::{NoiseFloor, NoiseSource};
     use crate::parameters::free_parameters;
     use crate::study::{OnAll, Study};
-    use crate::two_bodies::{NOISE_M, played, slide};
+    use crate::two_bodies::{NOISE_M, played, slide, stuck_in_a_jag};
 
     /// By innovations what is left is as loud as noise by definition.
     #[test]

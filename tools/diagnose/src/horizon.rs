@@ -33,13 +33,8 @@ impl Fitted {
         let enough = SAMPLES_PER_PARAMETER * self.free.len();
         let mut share = FIRST * (enough as f64 / (FIRST * stack.present() as f64)).ceil().max(1.0);
         let mut step = share;
-        let begun = BEGUN_AT.iter().filter_map(|times| {
-            let rows = self.free.iter().zip(&self.values);
-            let values = rows.map(|(free, value)| {
-                let begun = if free.path.starts_with("physics.") { times * value } else { *value };
-                begun.max(free.lower).min(free.upper)
-            });
-            self.fitted_up_to(share, stack, &values.collect::<Vec<f64>>(), &self.initial_states())
+        let begun = BEGUN_AT.iter().filter_map(|&times| {
+            self.fitted_up_to(share, stack, &self.with_larger_laws(times), &self.initial_states())
         });
         let mut way = begun.min_by(|a, b| a.mean_square.total_cmp(&b.mean_square))?;
         for _ in 0..MOST_FITS {
@@ -66,18 +61,16 @@ impl Fitted {
         values: &[f64],
         starts: &[Vec<f64>],
     ) -> Option<OnTheWay> {
-        let parts: Vec<Record> = if share < 1.0 {
-            stack.records.iter().map(|record| record.up_to(share)).collect()
-        } else {
-            Vec::new()
+        let on = |stack: &Stack<'_>| {
+            let fitted = fit(stack, &self.hypothesis, &self.free, values, starts, Effort::TRIAL)?;
+            let mean_square = fitted.sum_of_squares / stack.present().max(1) as f64;
+            Some(OnTheWay { fitted, mean_square })
         };
-        let part = match parts.is_empty() {
-            true => stack.clone(),
-            false => Stack { records: parts.iter().collect(), ..stack.clone() },
-        };
-        let fitted = fit(&part, &self.hypothesis, &self.free, values, starts, Effort::TRIAL)?;
-        let mean_square = fitted.sum_of_squares / part.present().max(1) as f64;
-        Some(OnTheWay { fitted, mean_square })
+        if share >= 1.0 {
+            return on(stack);
+        }
+        let parts: Vec<Record> = stack.records.iter().map(|record| record.up_to(share)).collect();
+        on(&Stack { records: parts.iter().collect(), ..stack.clone() })
     }
 }
 
@@ -92,8 +85,8 @@ struct OnTheWay {
 mod tests {
     use stillbeam_recording::Role;
 
-    use crate::fit::{Fitted, stuck_in_a_jag};
-    use crate::two_bodies::played;
+    use crate::fit::Fitted;
+    use crate::two_bodies::{played, stuck_in_a_jag};
 
     #[test]
     fn play_that_a_fit_to_whole_recordings_misses_is_found_from_their_beginnings() {

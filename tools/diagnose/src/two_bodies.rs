@@ -4,8 +4,11 @@ use rand_distr::{Distribution, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, Physics, simulate};
-use stillbeam_recording::Recording;
+use stillbeam_recording::{Recording, Role};
 
+use crate::fit::{Effort, Fitted, fit};
+use crate::parameters::free_parameters;
+use crate::simulation::Hypothesis;
 use crate::study::Study;
 
 /// Noise of both sensors.
@@ -62,10 +65,10 @@ pub(crate) fn driven(machine: &Model, force_n: &[f64], unrecorded_n: Option<&[f6
 }
 
 /// Play that a model of the slide is given.
-pub(crate) const GIVEN_GAP_M: f64 = 4.8e-4;
+const GIVEN_GAP_M: f64 = 4.8e-4;
 
 /// The slide with play between its bodies.
-pub(crate) fn with_play(coupling_n_m: f64, gap_m: f64) -> Model {
+fn with_play(coupling_n_m: f64, gap_m: f64) -> Model {
     slide(coupling_n_m, &[Physics::new("backlash", "motor-load").with("gap", gap_m)])
 }
 
@@ -74,4 +77,12 @@ pub(crate) fn played(gap_m: f64) -> Study {
     let truth = with_play(31_000.0, gap_m);
     let train = [(8.0, 5), (16.0, 6)].map(|(amplitude, seed)| driven(&truth, &swept(amplitude), None, seed));
     Study::new(&with_play(30_200.0, GIVEN_GAP_M), &train, &[]).unwrap()
+}
+
+/// A fit to it by small differences, which ends in a jag.
+pub(crate) fn stuck_in_a_jag(study: &Study) -> Fitted {
+    let hypothesis = Hypothesis::given(&with_play(30_200.0, GIVEN_GAP_M));
+    let free = free_parameters(&hypothesis);
+    let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+    fit(&study.stack(Role::Train), &hypothesis, &free, &start, &[], Effort::FULL).unwrap()
 }

@@ -148,8 +148,8 @@ impl Trialled<'_> {
     /// motion is another one in every recording, and no law could take it off those held out.
     fn rest_beside(&self, rest: f64, is_foreign: bool) -> f64 {
         let held_out = self.held_out_share.filter(|_| !is_foreign).map_or(0.0, |share| {
-            let share = share.clamp(0.0, 1.0);
-            (1.0 - share) / share.max(f64::MIN_POSITIVE)
+            let share = share.clamp(HARDLY_ANY, 1.0);
+            (1.0 - share) / share
         });
         held_out.max(rest / self.explained.max(f64::MIN_POSITIVE))
     }
@@ -196,7 +196,9 @@ const OWN: f64 = 0.5;
 
 /// A structured rest is large when it is this share of what the law explains: a law that is nearly right leaves as much.
 const LARGE_REST: f64 = 0.1;
-/// The held-out gate is this many times as high then: a rest with a structure is no noise that standard errors could be
+/// A share of the held-out rest below this is as good as none.
+const HARDLY_ANY: f64 = 1e-3;
+/// The held-out gate is this many times as high where a rest is large: a rest with a structure is no noise that standard errors could be
 /// reckoned from.
 pub(crate) const DOUBT: f64 = 2.0;
 

@@ -98,7 +98,7 @@ impl Search<'_> {
         let others = self.seen_again(member, place).into_iter().chain(self.turned_around(member, place));
         let best = others
             .chain(self.with_a_dip(member, place))
-            .chain(self.elsewhere(member, place))
+            .chain(self.begun_anew(member, place))
             .min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         (self.better_by(member, &best) > self.options.separation).then_some(best)
     }
@@ -144,44 +144,40 @@ impl Search<'_> {
         begun.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
     }
 
-    /// The set with the law, as strong as it is, at another place of the machine. In a base's sweeps a spring at the tip does nearly what one
-    /// between tip and base does, and the screen may rank the wrong one first; a base that stands elsewhere after a move tells them apart.
-    fn elsewhere(&self, member: &Member, place: usize) -> Option<Member> {
+    /// The set with the law as it would be on a machine turned around, begun from the values that the set has.
+    fn turned_around(&self, member: &Member, place: usize) -> Option<Member> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
-        let own = &self.candidates[member.laws[place]];
+        self.exchanged(member, place, member.laws[place], &turned(law)?)
+    }
+
+    /// The set with the law, as strong as it is, at another place of the machine or turned around, begun on top of the refit without it: what
+    /// the model's own parameters have made up for at the wrong place, or on the wrong side, is no start at the right one. In a base's
+    /// sweeps a spring at the tip does nearly what one between tip and base does, and the screen may rank the wrong one first; a base
+    /// that stands elsewhere after a move tells them apart.
+    fn begun_anew(&self, member: &Member, place: usize) -> Option<Member> {
+        let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
+        let here = member.laws[place];
+        let own = &self.candidates[here];
         let is_it = |other: &Candidate| other.law.id() == own.law.id() && other.location != own.location;
-        let places = (0..self.candidates.len()).filter(|&other| is_it(&self.candidates[other]));
-        let places: Vec<usize> = places.filter(|other| !member.laws.contains(other)).collect();
-        if places.is_empty() {
+        let elsewhere = (0..self.candidates.len())
+            .filter(|&other| is_it(&self.candidates[other]) && !member.laws.contains(&other))
+            .map(|other| {
+                (other, Physics { location: self.candidates[other].location.clone(), ..law.clone() })
+            });
+        let laws: Vec<(usize, Physics)> = elsewhere.chain(turned(law).map(|turned| (here, turned))).collect();
+        if laws.is_empty() {
             return None;
         }
         let without = self.without(member, place)?;
-        let there = places.into_iter().filter_map(|other| {
-            let moved = Physics { location: self.candidates[other].location.clone(), ..law.clone() };
-            self.begun_beside(&without, other, &moved)
+        let number = self.given_laws + without.laws.len() + 1;
+        let there = laws.into_iter().filter_map(|(candidate, law)| {
+            let amplitudes = self.candidates[candidate].amplitude_names();
+            let begun = self.extended(&without, candidate, &law, number, &amplitudes, Others::Searched)?;
+            let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
+            self.member([&without.laws[..], &[candidate]].concat(), fitted)
         });
         let best = there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         Some(self.finished(best))
-    }
-
-    /// The set with the law as it would be on a machine turned around.
-    fn turned_around(&self, member: &Member, place: usize) -> Option<Member> {
-        let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
-        let (candidate, turned) = (member.laws[place], turned(law)?);
-        let beside = || self.begun_beside(&self.without(member, place)?, candidate, &turned);
-        let anew = if self.is_over() { None } else { beside().map(|begun| self.finished(begun)) };
-        let there = self.exchanged(member, place, candidate, &turned).into_iter().chain(anew);
-        there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
-    }
-
-    /// A law begun on top of a set without it: what the model's own parameters have made up for at the wrong place or on the wrong side is no
-    /// start at the right one.
-    fn begun_beside(&self, without: &Member, candidate: usize, law: &Physics) -> Option<Member> {
-        let number = self.given_laws + without.laws.len() + 1;
-        let amplitudes = self.candidates[candidate].amplitude_names();
-        let begun = self.extended(without, candidate, law, number, &amplitudes, Others::Searched)?;
-        let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
-        self.member([&without.laws[..], &[candidate]].concat(), fitted)
     }
 }
 
@@ -286,9 +282,9 @@ mod tests {
             for times in [0.5, 1.4, 2.0] {
                 let gone = |path: &str| if path.starts_with("spring.") { times } else { 1.0 };
                 let astray = stopped_at(search, &wrong, gone);
-                let at_once = search.exchanged(&astray, 0, astray.laws[0], &truth).unwrap();
+                let at_once = search.turned_around(&astray, 0).unwrap();
                 assert!(departure(&law(&at_once), &truth, "stiffness") > 0.5, "found anyway");
-                let right = law(&search.turned_around(&astray, 0).unwrap());
+                let right = law(&search.begun_anew(&astray, 0).unwrap());
                 assert!(departure(&right, &truth, "stiffness") < 0.02, "{right:?}");
                 assert!(departure(&right, &truth, "contact") < 0.02, "{right:?}");
             }

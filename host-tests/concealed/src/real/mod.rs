@@ -172,7 +172,12 @@ fn section(page: &mut String, answer: &Value, seconds: f64) -> std::fmt::Result 
 fn number(page: &mut String, estimate: &Value) -> std::fmt::Result {
     match (estimate["value"].as_f64(), estimate["stderr"].as_f64()) {
         (Some(value), Some(stderr)) => {
-            write!(page, " {value:.4} ± {stderr:.1e} {}", estimate["unit"].as_str().unwrap_or_default())
+            let unit = estimate["unit"].as_str().unwrap_or_default();
+            // Four decimals hide a force of a millionth.
+            match value.abs() < 0.1 {
+                true => write!(page, " {value:.4e} ± {stderr:.1e} {unit}"),
+                false => write!(page, " {value:.4} ± {stderr:.1e} {unit}"),
+            }
         }
         _ => write!(page, " undetermined"),
     }

@@ -35,7 +35,8 @@ pub(super) fn judged(found: &Found<'_>, target: &Target) -> (bool, String) {
         }
         Target::NamedOrOpen(laws) => {
             let open = found.left_open();
-            let is_among = open.iter().any(|place| laws.iter().any(|law| place.starts_with(law)));
+            let is_among =
+                open.iter().any(|place| place.split(" at ").next().is_some_and(|id| laws.contains(&id)));
             let words =
                 found.said_of(laws).or_else(|| is_among.then(|| format!("left open: {}", open.join(" or "))));
             (words.is_some(), words.unwrap_or_else(|| format!("named: {}", listed(&found.named()))))

@@ -129,7 +129,7 @@ fn held_out_goal(scores: &[Score]) -> Goal {
     let ratios = held_out_ratios(scores);
     let good = ratios.iter().filter(|ratio| **ratio <= NEAR_THE_FLOOR).count();
     Goal {
-        words: "where rightly named: held-out error within 1.2 of the achievable floor (noise, an unrecorded force, and what the training recordings leave open)",
+        words: "where rightly named: held-out error within 1.2 of the achievable floor (noise, an unrecorded force, and what the training recordings and the samples of the input leave open)",
         reached: format!("{good} of {} outputs", ratios.len()),
         met: (!ratios.is_empty()).then_some(good == ratios.len()),
     }

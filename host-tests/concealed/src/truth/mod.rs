@@ -8,4 +8,5 @@ pub mod integrator;
 pub mod jet;
 pub mod law;
 pub mod plant;
+pub mod recorded_input;
 pub mod run;

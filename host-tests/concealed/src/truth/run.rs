@@ -8,6 +8,7 @@ use super::integrator::{Force, Machine, Renewed, Track};
 use super::jet::Jet;
 use super::law::{Action, Drive, Physics, Sensor, action};
 use super::plant::{BeamMachine, LinearPlant, PositionLoop, RENEWAL_S, SlideMachine, Vector};
+use super::recorded_input::RecordedInput;
 
 /// Which machine.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,6 +130,27 @@ impl Rig {
     /// Runs from rest under an excitation and reads every output at `rate_hz`; the integrator's steps are `finer` times
     /// (1 is the usual) shorter than accuracy asks for. `None` for more forces than the integrator takes.
     pub fn run(&self, excitation: &Excitation, rate_hz: f64, finer: usize) -> Option<Outcome> {
+        self.run_with(excitation, &|time_s| excitation.at(time_s), rate_hz, finer)
+    }
+
+    /// The same under the input that was recorded of an excitation, which says nothing of what was between its samples. A position loop
+    /// is driven by its reference, which is known everywhere.
+    pub fn run_recorded(
+        &self,
+        excitation: &Excitation,
+        recorded: &RecordedInput,
+        rate_hz: f64,
+    ) -> Option<Outcome> {
+        self.run_with(excitation, &|time_s| recorded.at(time_s), rate_hz, 1)
+    }
+
+    fn run_with(
+        &self,
+        excitation: &Excitation,
+        sent: &dyn Fn(f64) -> Jet,
+        rate_hz: f64,
+        finer: usize,
+    ) -> Option<Outcome> {
         let interval_s = 1.0 / rate_hz;
         let contacts = self.forces.iter().any(|(_, force)| match force {
             Force::Smooth(law) => law.has_contacts(),
@@ -141,8 +163,7 @@ impl Rig {
         let cuts = ((interval_s / wanted_s).ceil().max(1.0) as usize).div_ceil(renewals) * renewals;
         let step_s = interval_s / cuts as f64;
         let count = (excitation.duration_s * rate_hz).floor() as usize;
-        let command =
-            |time_s: f64| if self.position_loop.is_some() { Jet::default() } else { excitation.at(time_s) };
+        let command = |time_s: f64| if self.position_loop.is_some() { Jet::default() } else { sent(time_s) };
         let signal = Signal::new(&command, &self.drives, excitation.duration_s);
         let input = |time_s: f64| -> Jet { signal.at(time_s) };
         let forces =

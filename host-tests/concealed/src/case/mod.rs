@@ -158,7 +158,7 @@ pub struct Truth {
     /// How well it is concealed.
     pub measured: Measured,
     /// Root mean square of what nobody can know of the held-out recordings, per channel: noise, what a force that nobody recorded does beside
-    /// a law of the catalogue, and what the training recordings and the samples of the input leave open ([`achievable`]).
+    /// a law of the catalogue, and what the training recordings and the samples of the input leave open (`achievable.rs`).
     pub held_out_floor: Vec<f64>,
     /// Drawings that did not reach the kind's definition before this one did.
     pub redrawn: usize,

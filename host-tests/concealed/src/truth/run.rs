@@ -134,7 +134,7 @@ impl Rig {
     }
 
     /// The same under the input that was recorded of an excitation, which says nothing of what was between its samples. A position loop
-    /// is driven by its reference, which is known everywhere.
+    /// is driven by its reference instead, which is known everywhere.
     pub fn run_recorded(
         &self,
         excitation: &Excitation,

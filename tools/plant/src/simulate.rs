@@ -43,7 +43,7 @@ pub struct SimulateOptions {
     /// Whether the model's sensors add their noise; without it a simulation is what the sensor would read on average.
     pub sensor_noise: bool,
     /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one from the
-    /// plant's fastest motion. Half of it quarters the error.
+    /// plant's fastest motion. A law that needs shorter ones takes its share of it (a play a quarter). Half of it quarters the error.
     pub longest_step_s: Option<f64>,
 }
 

@@ -404,6 +404,30 @@ fn stamps_anywhere_give_what_a_grid_gives() {
 }
 
 #[test]
+fn a_load_that_rattles_in_a_gap_is_followed_over_a_sweep() {
+    let text = "schema = 1\nkind = \"lumped\"\n[[body]]\nname = \"motor\"\nmass = 5.4\n[[body]]\nname = \"load\"\nmass = 2.3\n\
+        [[spring]]\nbetween = [\"motor\", \"ground\"]\nstiffness = 850\n[[damper]]\nbetween = [\"motor\", \"ground\"]\ndamping = 8.6\n\
+        [[spring]]\nbetween = [\"motor\", \"load\"]\nstiffness = 2100\n[[damper]]\nbetween = [\"motor\", \"load\"]\ndamping = 2.0\n\
+        [input]\ncolumn = \"force_N\"\nbody = \"motor\"\n[[output]]\ncolumn = \"load_m\"\nbody = \"load\"\nquantity = \"position\"\n\
+        [[physics]]\nid = \"backlash\"\nlocation = \"motor-load\"\nparameters = { gap = 0.00076 }";
+    let model = Model::from_toml("m", text).unwrap();
+    // Down from 7.2 to 0.5 Hz in 28 s, through the resonances of both bodies.
+    let time_s = ticks(2800, 100.0);
+    let rate = (0.5_f64 / 7.2).ln() / 28.0;
+    let force = |t: f64| 4.7 * (TAU * 7.2 * ((rate * t).exp() - 1.0) / rate).sin();
+    let recording = Recording::new("r", time_s.clone())
+        .with_column("force_N", time_s.iter().map(|t| force(*t)).collect());
+    let load_m = |longest_step_s| {
+        let options = SimulateOptions { longest_step_s: Some(longest_step_s), ..SimulateOptions::default() };
+        simulate_with(&model, &recording, &options).unwrap().column("load_m").unwrap().to_vec()
+    };
+    let (usual, fine) = (load_m(2e-3), load_m(2e-5));
+    let error = worst(&usual, &fine);
+    // With the whole sub-step it is 0.16 mm, with a quarter 8 micrometres of 45 mm.
+    assert!(error < 3e-5, "{error}");
+}
+
+#[test]
 fn a_gap_in_a_spring_carries_nothing_and_takes_its_width() {
     let text = with(
         LUMPED,

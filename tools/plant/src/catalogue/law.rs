@@ -265,6 +265,11 @@ pub trait ForceLaw {
     /// Mean force over the step, consistent with the motion that it makes. May be asked several times for the same step.
     fn force(&self, step: &Step) -> f64;
 
+    /// By how much the plant's sub-steps have to be shorter than for a law whose errors stay as small as they are in each.
+    fn shorter_steps(&self) -> f64 {
+        1.0
+    }
+
     /// The step has been made with this mean force: remembers what is to be remembered.
     fn made(&mut self, step: &Step, force: f64) {
         let _ = (step, force);

@@ -92,6 +92,8 @@ impl<'a> Machine<'a> {
             let element = Element { law, effort, point, sign: 1.0 };
             if servo.is_some() { at_servo.push(element) } else { at_plant.push(element) }
         }
+        let laws = at_servo.iter().chain(&at_plant);
+        let shorter = laws.map(|element| element.law.shorter_steps()).fold(1.0, f64::max);
         let base = match space.find_point("base") {
             Some((index, _)) => space.points()[index].displacement.clone(),
             None => Row { state: vec![0.0; space.order()], value: 1.0, slope: 0.0 },
@@ -112,7 +114,7 @@ impl<'a> Machine<'a> {
             plant: Engine::new(space, state, at_plant),
             base,
             control,
-            longest_step_s,
+            longest_step_s: longest_step_s / shorter,
         })
     }
 

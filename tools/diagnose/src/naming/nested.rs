@@ -19,6 +19,8 @@ use crate::parameters::FreeParameter;
 const EVEN: &str = "coulomb_friction";
 const UNEVEN: &str = "asymmetric_friction";
 const STEADY: &str = "constant_force";
+/// A spring that pulls to where it was laid.
+const CABLE: &str = "cable_spring";
 /// Dry friction that is larger at low speed.
 const DIPPED: &str = "stribeck_friction";
 /// Forces that may be the same: forwards and backwards, sliding fast and at rest.
@@ -94,12 +96,36 @@ impl Search<'_> {
         as_good.unwrap_or(chosen)
     }
 
-    /// The set, with even friction and a steady force that it holds, both at one place, as the one law that they are together: the same
-    /// force has the same name then, whichever way the search came. (`same_force` says the other one.)
+    /// The set, with two laws at one place that are one law together as that one: even friction and a steady force that it holds as friction that
+    /// differs by direction, a cable and a steady force as a cable that pulls elsewhere. The same force has the same name then, whichever way
+    /// the search came. (`same_force` says the other one of friction.)
     pub(crate) fn one_force_as_one_law(&self, chosen: Member) -> Member {
-        let one = self.uneven_for_both(&chosen);
-        let as_good = one.filter(|one| self.better_by(one, &chosen) < self.options.separation);
-        as_good.unwrap_or(chosen)
+        [Self::uneven_for_both, Self::moved_cable_for_both].iter().fold(chosen, |chosen, for_both| {
+            let one = for_both(self, &chosen);
+            let as_good = one.filter(|one| self.better_by(one, &chosen) < self.options.separation);
+            as_good.unwrap_or(chosen)
+        })
+    }
+
+    /// -k z beside a steady force F is -k (z - F / k).
+    fn moved_cable_for_both(&self, chosen: &Member) -> Option<Member> {
+        let place_of = |id: &str, location: Option<&str>| {
+            chosen.laws.iter().position(|&index| {
+                let candidate = &self.candidates[index];
+                candidate.law.id() == id && location.is_none_or(|location| candidate.location == location)
+            })
+        };
+        let cable = place_of(CABLE, None)?;
+        let steady = place_of(STEADY, Some(&self.candidates[chosen.laws[cable]].location))?;
+        let laws = &chosen.fitted.hypothesis.model.setup().physics;
+        let value = |place: usize, name: &str| {
+            laws.get(self.given_laws + place).map(|law| law.parameters.get(name).copied().unwrap_or(0.0))
+        };
+        let rest = value(cable, "rest_position")? + value(steady, "force")? / value(cable, "stiffness")?;
+        let moved = laws.get(self.given_laws + cable)?.clone().with("rest_position", rest);
+        let alone = self.without(chosen, steady).filter(|_| rest.is_finite())?;
+        let place = if steady < cable { cable - 1 } else { cable };
+        self.exchanged(&alone, place, chosen.laws[cable], &moved)
     }
 
     fn uneven_for_both(&self, chosen: &Member) -> Option<Member> {
@@ -285,7 +311,7 @@ fn differing(forward: f64, backward: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::fit::Others;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, searched_around, unheld};
 
     #[test]
     fn a_difference_of_direction_is_open_until_its_interval_is_narrow_about_nothing() {
@@ -395,6 +421,24 @@ mod tests {
             // On a spring their difference hardly shows.
             assert!((0.5 * (forward + backward) - 1.0).abs() < 0.01, "{forward} {backward}");
             assert!((backward - forward - 0.8).abs() < 0.1, "{forward} {backward}");
+        });
+    }
+
+    /// As case 265 of seed 17: a cable that was laid 2.2 mm from where the recordings begin.
+    #[test]
+    fn a_cable_beside_a_steady_force_is_a_cable_that_pulls_elsewhere() {
+        let cable = Physics::new("cable_spring", "mass").with("stiffness", 40.0);
+        let mut truth = unheld();
+        truth.setup_mut().physics = vec![cable.clone().with("rest_position", 0.02)];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched_around(&unheld(), &noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let steady = Physics::new("constant_force", "mass").with("force", 0.5);
+            let both = fitted_with(search, &fitted_with(search, &refitted, &cable), &steady);
+            let one = search.one_force_as_one_law(both);
+            let laws = &one.fitted.hypothesis.model.setup().physics;
+            assert_eq!(laws.iter().map(|law| law.id.as_str()).collect::<Vec<_>>(), ["cable_spring"]);
+            let found = ["stiffness", "rest_position"].map(|name| laws[0].parameters[name]);
+            assert!((found[0] / 40.0 - 1.0).abs() < 1e-3 && (found[1] - 0.02).abs() < 1e-4, "{found:?}");
         });
     }
 

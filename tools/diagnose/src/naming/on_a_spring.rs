@@ -42,6 +42,19 @@ pub(crate) fn machine() -> Model {
     Model::from_toml("machine.toml", MACHINE).unwrap()
 }
 
+/// A body that a damper slows and nothing holds.
+pub(crate) fn unheld() -> Model {
+    let text = r#"
+        schema = 1
+        kind = "lumped"
+        body = [{ name = "mass", mass = 2.5 }]
+        damper = [{ between = ["mass", "ground"], damping = 10.0 }]
+        input = { column = "force_N", body = "mass" }
+        output = [{ column = "position_m", body = "mass" }]
+    "#;
+    Model::from_toml("unheld.toml", text).unwrap()
+}
+
 /// Runs of such a machine at these amplitudes, from 0.5 to 5 Hz, without noise.
 pub(crate) fn runs(machine: &Model, amplitudes: &[f64]) -> Vec<Recording> {
     let recorded = |(k, amplitude): (usize, &f64)| driven(machine, k, &swept(*amplitude));

@@ -161,10 +161,13 @@ pub fn diagnose(
     let fit = fits(&study, &columns, models, extended.as_ref(), &floors);
     let promising: Vec<&Screened> =
         selection.screened.iter().filter(|screened| screened.t.abs() > options.training_gate).collect();
+    let pooled = pooled_tests(if extended.is_some() { &final_tests } else { &tests });
+    let is_coloured = pooled.whiteness_p < options.significance;
+    let said = sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty()));
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty())),
+        sentence: if verdict == Verdict::Adequate && is_coloured { said + COLOURED } else { said },
         unconfirmed,
         caps: study.caps.clone(),
         ties: if explains {
@@ -189,7 +192,7 @@ pub fn diagnose(
         residual_tests: ResidualTests {
             odd_distortion_db: located.as_ref().and_then(|located| located.odd_db),
             even_distortion_db: located.as_ref().and_then(|located| located.even_db),
-            ..pooled_tests(if extended.is_some() { &final_tests } else { &tests })
+            ..pooled
         },
         set_aside: study.set_aside.clone(),
         controls: None,
@@ -218,6 +221,10 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
     let peaks_hz = study.peaks_hz(&compared.refitted_on_all);
     all_candidates(hypothesis, &scales, &study.train, &peaks_hz, &options.without)
 }
+
+/// A model that is adequate down to a noise that is not white: a force that nobody recorded is as loud where the machine is quiet.
+const COLOURED: &str = " That noise is not white: a disturbance from outside that acts all the time, or the sensor's own colour. What is \
+     smaller than it is hidden.";
 
 /// The verdict in words, with the numbers of the first output that was recorded.
 fn sentence(

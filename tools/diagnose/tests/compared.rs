@@ -18,6 +18,7 @@ fn a_model_with_wrong_parameters_is_adequate_once_refitted() {
         let found = run(bench, &bench.recordings(&[], rho, seed));
         assert_eq!(found.verdict, Verdict::Adequate, "{} {:?}", found.sentence, found.residual_tests);
         assert!(found.effects.is_empty(), "{:?}", found.effects);
+        assert_eq!(found.sentence.contains("noise is not white"), rho > 0.0, "{}", found.sentence);
         for pooled in &found.fit.pooled {
             assert!((pooled.fits.refitted_linear.rms / NOISE_M - 1.0).abs() < 0.05, "{pooled:?}");
             assert!((pooled.fits.given.noise_floor / NOISE_M - 1.0).abs() < 0.15, "{pooled:?}");

@@ -209,6 +209,7 @@ fn a_random_force_alone_has_no_name() {
     let found = diagnosed_beside(&stage(), 0.1);
     // It never pauses, so no recording tells how much of what is left is noise: `adequate` is right too.
     assert!(found.effects.is_empty() && found.ties.is_empty(), "{}", found.sentence);
+    assert!(found.verdict != Verdict::Adequate || found.sentence.contains("not white"), "{}", found.sentence);
 }
 
 #[test]

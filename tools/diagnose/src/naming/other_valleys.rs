@@ -18,7 +18,7 @@
 
 use std::slice::from_ref;
 
-use stillbeam_plant::Physics;
+use stillbeam_plant::{Physics, StateSpace};
 use stillbeam_recording::Role;
 
 use super::screening::{Leaving, Screened, screen};
@@ -51,10 +51,10 @@ impl Search<'_> {
     }
 
     /// The set fitted to the beginnings of the recordings first, and by differences so large that they look across the jags of its laws;
-    /// `None` where it has none and no wave, leaves no more than noise, or gains nothing by it.
+    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it.
     pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train).until(self.patience);
-        let is_rough = || self.has_a_wave(member) || member.fitted.is_jagged(&stack);
+        let is_rough = || self.drifts_over_a_wave(member) || member.fitted.is_jagged(&stack);
         if self.is_over() || self.rest(member) == Rest::Noise || !is_rough() {
             return None;
         }
@@ -69,11 +69,17 @@ impl Search<'_> {
         self.member(member.laws.clone(), best)
     }
 
-    /// Whether a law of the set pushes by a wave over position: where nothing holds the body, where it comes to lie on the wave depends on all
-    /// the pushes before, and a wave that is a little too short fits the later ones of a recording in one of many ways.
-    fn has_a_wave(&self, member: &Member) -> bool {
-        let laws = member.fitted.hypothesis.model.setup().physics.iter().skip(self.given_laws);
-        laws.into_iter().any(|law| law.parameters.contains_key("period"))
+    /// Whether a law of the set pushes by a wave over position a machine of which nothing holds the whole: where it comes to lie on the wave
+    /// depends on all the pushes before, and a wave that is a little too short fits the later ones of a recording in one of many ways.
+    fn drifts_over_a_wave(&self, member: &Member) -> bool {
+        let model = &member.fitted.hypothesis.model;
+        let mut laws = model.setup().physics.iter().skip(self.given_laws);
+        let is_held = || {
+            let modes = StateSpace::new(model).and_then(|space| space.natural_modes());
+            let is_in_loop = self.study.train.iter().any(|record| record.rerun.is_in_loop());
+            is_in_loop || !modes.is_ok_and(|modes| modes.iter().any(|(frequency_hz, _)| *frequency_hz == 0.0))
+        };
+        laws.any(|law| law.parameters.contains_key("period")) && !is_held()
     }
 
     /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.
@@ -281,6 +287,23 @@ mod tests {
                 assert!(departure(&found, &truth, "force") < 1e-2, "{period}: {found:?}");
             }
         });
+    }
+
+    #[test]
+    fn only_a_machine_that_nothing_holds_drifts_over_a_wave() {
+        let wave = Physics::new("cogging", "mass").with("force", 0.3).with("period", 0.05).with("phase", 0.2);
+        let drag = Physics::new("quadratic_drag", "mass").with("drag", 2.0);
+        for (given, law, drifts) in
+            [(unheld(), &wave, true), (machine(), &wave, false), (unheld(), &drag, false)]
+        {
+            let mut real = given.clone();
+            real.setup_mut().physics = vec![law.clone()];
+            let train = noisy_runs(&real, &[2.0, 4.0], 1e-4);
+            searched_around(&given, &train, &noisy_runs(&real, &[3.0], 1e-4), |search, refitted| {
+                let set = fitted_with(search, &refitted, law);
+                assert_eq!(search.drifts_over_a_wave(&set), drifts, "{law:?}");
+            });
+        }
     }
 
     #[test]

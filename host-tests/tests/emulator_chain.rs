@@ -9,7 +9,7 @@ use stillbeam::board::serial::SerialBoard;
 use stillbeam::board::{BoardError, Session, StreamedMotion};
 use stillbeam_firmware::telemetry::Activity;
 use stillbeam_host_tests::bench::Bench;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, REST_LIMIT};
 use stillbeam_plant::modes::clamped_modes;
 use stillbeam_plant::{Mode, Model, PrescribedBase, ResidualVibration};
 
@@ -104,7 +104,7 @@ fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
         assert_eq!(applied, expected, "the board runs the table that the host computes");
 
         // An emulator on a busy computer comes to rest later than a board, for which a motion waits 20 s.
-        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest before the move");
+        session.wait_for_rest(REST_LIMIT).expect("rest before the move");
         let motion = session.run_motion("move 50", 1, 0.0, &mut |_| {}).expect("the move is streamed");
         let (board, host) = (of_board(&motion), under_std(&settings, "move 50"));
         assert!(host.len() > 1000 && board.len() >= host.len());
@@ -114,7 +114,7 @@ fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
         let left = percentage_vibration(&modes, &board, &unshaped);
         println!("{shaper} on the image: {:.1e} % and {:.1e} %", left[0], left[1]);
         assert!(left.iter().all(|percent| *percent < 0.05), "{shaper}: {left:?} %");
-        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest before the way back");
+        session.wait_for_rest(REST_LIMIT).expect("rest before the way back");
         session.run_motion("move 0", 4, 0.0, &mut |_| {}).expect("and back");
     }
 }
@@ -180,7 +180,7 @@ fn at_other_tick_rates_a_shaped_move_is_the_hosts_bit_for_bit() {
             assert!(status.line("counters").is_some_and(|counters| counters.contains(none)), "{status:?}");
         }
         session.command_when_ready("move 0").expect("accepted");
-        session.wait_for_rest(std::time::Duration::from_secs(60)).expect("comes to rest");
+        session.wait_for_rest(REST_LIMIT).expect("comes to rest");
     }
 }
 
@@ -230,7 +230,7 @@ fn a_table_changed_in_the_middle_of_a_move_neither_jumps_nor_misses() {
     session.command("shaper off").expect("taken while moving");
     assert_eq!(session.command("status").expect("status").line("state"), Some("moving"));
     session.command_when_ready("shaper on").expect("taken when the first has run out");
-    let position_nm = session.wait_for_rest(std::time::Duration::from_secs(60)).expect("comes to rest");
+    let position_nm = session.wait_for_rest(REST_LIMIT).expect("comes to rest");
     assert_eq!(position_nm, 50_000_000);
     let status = session.command("status").expect("status");
     assert_eq!(status.line("setpoint_nm"), Some("50000000"));
@@ -273,7 +273,7 @@ fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
         answer => panic!("{answer:?}"),
     }
     session.command("move 1").expect("accepted");
-    assert_eq!(session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest"), 1_000_000);
+    assert_eq!(session.wait_for_rest(REST_LIMIT).expect("rest"), 1_000_000);
 }
 
 /// Every tick at 4 kHz. At this shift the processor has 5250 instructions per tick; the board's has 42 000 cycles. What

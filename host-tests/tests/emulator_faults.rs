@@ -10,7 +10,9 @@ use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
 use stillbeam_firmware::restart::CrashRecord;
 use stillbeam_host_tests::emulator::rsp::RspClient;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorError, EmulatorOptions, panic_site, thumb};
+use stillbeam_host_tests::emulator::{
+    Emulator, EmulatorError, EmulatorOptions, REST_LIMIT, panic_site, thumb,
+};
 
 const STACK_POINTER: u8 = 13;
 const PC: u8 = 15;
@@ -197,7 +199,7 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
     let status = session.command("status").expect("status");
     assert_eq!((status.line("fault"), status.line("drive")), (Some("none"), Some("enabled")));
     session.command("move 1").expect("accepted");
-    assert_eq!(session.wait_for_rest(Duration::from_secs(60)).expect("rest"), 1_000_000, "the tick runs");
+    assert_eq!(session.wait_for_rest(REST_LIMIT).expect("rest"), 1_000_000, "the tick runs");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use stillbeam::board::{BoardError, Session};
 use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;
 use stillbeam_firmware::motion::pieces::MAX_PIECES;
 use stillbeam_firmware::telemetry::Activity;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, REST_LIMIT};
 use stillbeam_host_tests::played_plans::{begin, frame};
 use stillbeam_plant::modes::clamped_modes;
 use stillbeam_plant::{Mode, Model, PrescribedBase, ResidualVibration};
@@ -120,11 +120,11 @@ fn a_stop_ends_it_within_the_travel_and_without_a_fault() {
     session.command_when_ready("play").expect("accepted");
     while session.command("status").expect("status").line("state") != Some("playing") {}
     session.command("stop").expect("accepted");
-    let position_nm = session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest");
+    let position_nm = session.wait_for_rest(REST_LIMIT).expect("rest");
     assert!((0..50_000_000).contains(&position_nm), "{position_nm}");
     assert_eq!(session.command("status").expect("status").line("fault"), Some("none"));
     session.command_when_ready("play").expect("accepted again");
-    let end_nm = session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest");
+    let end_nm = session.wait_for_rest(REST_LIMIT).expect("rest");
     assert_eq!(end_nm, position_nm + 50_000_000);
 }
 
@@ -177,6 +177,6 @@ fn what_goes_wrong_on_the_way_is_refused_and_nothing_is_played() {
         session.command_when_ready(line).expect(line);
     }
     session.command_when_ready("play").expect("the one that was committed");
-    let end_nm = session.wait_for_rest(std::time::Duration::from_secs(60)).expect("rest");
+    let end_nm = session.wait_for_rest(REST_LIMIT).expect("rest");
     assert_eq!(end_nm, 50_000_000);
 }

@@ -10,7 +10,7 @@ use stillbeam::board::{BoardError, Session};
 use stillbeam_firmware::motion::pieces::MAX_PLAN_TICKS;
 use stillbeam_firmware::watchdog::{HEARTBEATS_PER_S, OSCILLATOR_HZ, Patience};
 use stillbeam_host_tests::emulator::rsp::RspError;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, function_address};
+use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, REST_LIMIT, function_address};
 use stillbeam_host_tests::played_plans::{overlaid, upload_lines};
 
 /// IWDG_KR (RM0090), written once per feed.
@@ -100,7 +100,7 @@ impl Board {
     }
 
     fn rest(&mut self) {
-        self.session.wait_for_rest(Duration::from_secs(60)).expect("it comes to rest");
+        self.session.wait_for_rest(REST_LIMIT).expect("it comes to rest");
     }
 }
 

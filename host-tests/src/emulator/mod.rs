@@ -43,6 +43,10 @@ use serial::HeldSerial;
 use stack::StackRegion;
 use tempfile::TempDir;
 
+/// For how long a test waits until a motion in the emulator has come to rest. A motion takes seconds, on a computer that is busy with other
+/// emulators minutes; the limit is there for an emulator that hangs.
+pub const REST_LIMIT: Duration = Duration::from_secs(300);
+
 /// How to run the emulator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct EmulatorOptions {

@@ -24,5 +24,6 @@ pub(crate) mod sets;
 mod sharper_steps;
 mod sketches;
 pub(crate) mod stand_ins;
+mod superfluous;
 pub(crate) mod trials;
 mod without_rounding;

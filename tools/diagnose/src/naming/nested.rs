@@ -45,7 +45,7 @@ impl Search<'_> {
                 .dipped_instead(chosen, place)
                 .into_iter()
                 .find(|dipped| self.is_likelier(chosen, dipped) || may_be(dipped, INTERVAL, BY_SPEED));
-            [uneven, dipped]
+            [uneven, dipped].map(|richer| Some(self.without_what_stood_in(chosen, richer?, place)))
         });
         richer.flatten().collect()
     }

@@ -9,7 +9,6 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Mutex;
 
-use rayon::prelude::*;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
@@ -195,27 +194,6 @@ impl Search<'_> {
     fn leaves_much(&self, member: &Member) -> bool {
         let noise = self.study.stack(Role::Train).present() as f64;
         member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured
-    }
-
-    /// Deletes laws that are not missed.
-    fn pruned(&self, mut member: Member) -> Member {
-        while member.laws.len() > 1 {
-            let places: Vec<usize> = (0..member.laws.len() - 1).collect();
-            let weakest = places
-                .par_iter()
-                .filter_map(|&place| {
-                    let without = self.without(&member, place)?;
-                    Some((self.better_by(&without, &member), without))
-                })
-                .collect::<Vec<_>>()
-                .into_iter()
-                .min_by(|a, b| a.0.total_cmp(&b.0));
-            match weakest {
-                Some((z, without)) if z < self.options.separation => member = without,
-                _ => break,
-            }
-        }
-        member
     }
 
     /// Exchanges laws for others that fit better, one after another.

@@ -3,7 +3,8 @@
 //! How hard a stop is that was touched once is known to one side only: softer the base would have gone further, harder it would hardly have
 //! gone less far. Its standard error is the curvature at the best value, which says little of either side, and where that is as large as
 //! the value it looks as if the law might as well not be there. Whether it might is asked outright: a tenth of the strength is held, all
-//! else is fitted again, and what is left is compared.
+//! else is fitted again, and what is left is compared. Where the best value itself has wandered up, to where all do nearly as well, a tenth of
+//! it may do as well too, and a hundredth is asked for.
 
 use stillbeam_recording::Role;
 
@@ -14,12 +15,12 @@ use super::sets::Member;
 use crate::fit::{Effort, fit};
 use crate::result::Gate;
 
-/// The share of its strength that a law must not do as well with.
-const WEAK: f64 = 0.1;
+/// Shares of its strength of which a law must not do as well with one, and what they are called.
+const WEAK: [(f64, &str); 2] = [(0.1, "a tenth"), (0.01, "a hundredth")];
 
 impl Search<'_> {
-    /// The gate of the strength, passed, where a law whose parameters start with `own` fails no other and a tenth of its only strength does
-    /// clearly worse.
+    /// The gate of the strength, passed, where a law whose parameters start with `own` fails no other and a tenth of its only strength, or a
+    /// hundredth, does clearly worse.
     pub(super) fn known_from_below(&self, tried: &Tried, own: &str) -> Option<Gate> {
         let is_certain = tried.training.t() > DOUBT * self.options.training_gate;
         if !fails_only(&tried.gates, DETERMINED) || !is_certain || self.is_over() {
@@ -27,25 +28,31 @@ impl Search<'_> {
         }
         let amplitudes = self.candidates[tried.candidate].amplitude_names();
         let strength = only_strength(&tried.parameters, &amplitudes, self.options)?;
-        let weak = self.with_a_tenth(&tried.member, &format!("{own}{strength}"))?;
-        // Of two fits of which one has a parameter more, the gain is half of that many standard errors of the parameter.
-        let worse = 2.0 * self.better_by(&weak, &tried.member);
-        (worse > self.options.training_gate).then(|| Gate {
-            name: DETERMINED.to_owned(),
-            passed: true,
-            detail: format!(
-                "{strength} is known from below: a tenth of it does worse by {worse:.1} standard errors"
-            ),
+        let path = format!("{own}{strength}");
+        let worse_with = |share: f64| {
+            let weak = self.weakened(&tried.member, &path, share)?;
+            // Of two fits of which one has a parameter more, the gain is half of that many standard errors of the parameter.
+            Some(2.0 * self.better_by(&weak, &tried.member))
+        };
+        WEAK.iter().find_map(|&(share, called)| {
+            let worse = worse_with(share).filter(|worse| *worse > self.options.training_gate)?;
+            Some(Gate {
+                name: DETERMINED.to_owned(),
+                passed: true,
+                detail: format!(
+                    "{strength} is known from below: {called} of it does worse by {worse:.1} standard errors"
+                ),
+            })
         })
     }
 
-    /// The set with one parameter at a tenth of its value, the others fitted again.
-    fn with_a_tenth(&self, member: &Member, path: &str) -> Option<Member> {
+    /// The set with one parameter at a share of its value, the others fitted again.
+    fn weakened(&self, member: &Member, path: &str, share: f64) -> Option<Member> {
         let fitted = &member.fitted;
         let place = fitted.free.iter().position(|parameter| parameter.path == path)?;
         let (mut free, mut values) = (fitted.free.clone(), fitted.values.clone());
         let (weakened, value) = (free.remove(place), values.remove(place));
-        let hypothesis = fitted.hypothesis.with_values(&[weakened], &[WEAK * value])?;
+        let hypothesis = fitted.hypothesis.with_values(&[weakened], &[share * value])?;
         let stack = self.study.stack(Role::Train).until(self.patience);
         let weak = fit(&stack, &hypothesis, &free, &values, &fitted.initial_states(), Effort::TRIAL)?;
         self.member(member.laws.clone(), weak)
@@ -85,6 +92,14 @@ mod tests {
         let stop = || Physics::new("end_stop", "mass").with("distance", 0.06).with("stiffness", 3e3);
         let gate = said_of(stop(), 1e-4).expect("the stop is hit");
         assert!(gate.passed && gate.detail.contains("a tenth"), "{gate:?}");
+    }
+
+    /// As case 170 of seed 18: from some stiffness up all fit, and the best value says little of where that begins.
+    #[test]
+    fn a_strength_of_which_only_a_hundredth_does_clearly_worse_is_known_from_below() {
+        let stiff = Physics::new("end_stop", "mass").with("distance", 0.07).with("stiffness", 1e5);
+        let gate = said_of(stiff, 3e-4).expect("the stop is hit");
+        assert!(gate.passed && gate.detail.contains("a hundredth"), "{gate:?}");
     }
 
     #[test]

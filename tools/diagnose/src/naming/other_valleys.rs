@@ -51,13 +51,26 @@ impl Search<'_> {
     }
 
     /// The set fitted to the beginnings of the recordings first, and by differences so large that they look across the jags of its laws;
-    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it.
+    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it. A wave has no jags, and its fit is
+    /// finished first: it may be in the right valley already.
     pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
-        let stack = self.study.stack(Role::Train).until(self.patience);
-        let is_rough = || self.drifts_over_a_wave(member) || member.fitted.is_jagged(&stack);
-        if self.is_over() || self.rest(member) == Rest::Noise || !is_rough() {
+        if self.is_over() || self.rest(member) == Rest::Noise {
             return None;
         }
+        if !self.drifts_over_a_wave(member) {
+            let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train).until(self.patience));
+            return if is_jagged { self.from_the_beginnings(member) } else { None };
+        }
+        let settled = self.finished(member.clone());
+        if self.is_louder_than_noise(&settled.fitted) {
+            return self.from_the_beginnings(&settled).or(Some(settled));
+        }
+        Some(settled)
+    }
+
+    /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where neither leaves less.
+    fn from_the_beginnings(&self, member: &Member) -> Option<Member> {
+        let stack = self.study.stack(Role::Train).until(self.patience);
         let longer = member.fitted.over_a_lengthening_horizon(&stack);
         let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
         let rough = (!arrived).then(|| member.fitted.across_the_jags(&stack));

@@ -59,17 +59,17 @@ impl Search<'_> {
         }
         if !self.drifts_over_a_wave(member) {
             let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train).until(self.patience));
-            return if is_jagged { self.from_the_beginnings(member) } else { None };
+            return if is_jagged { self.fitted_to_beginnings_first(member) } else { None };
         }
         let settled = self.finished(member.clone());
         if self.is_louder_than_noise(&settled.fitted) {
-            return self.from_the_beginnings(&settled).or(Some(settled));
+            return self.fitted_to_beginnings_first(&settled).or(Some(settled));
         }
         Some(settled)
     }
 
     /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where neither leaves less.
-    fn from_the_beginnings(&self, member: &Member) -> Option<Member> {
+    fn fitted_to_beginnings_first(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train).until(self.patience);
         let longer = member.fitted.over_a_lengthening_horizon(&stack);
         let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
@@ -282,7 +282,8 @@ mod tests {
 
     /// As case 8 of seed 17: the period was 13 % short, and 4 times the noise was left.
     #[test]
-    fn a_wave_over_the_travel_of_a_body_that_nothing_holds_is_found_from_the_beginnings_of_its_recordings() {
+    fn a_wave_over_the_travel_of_a_body_that_nothing_holds_is_found_fitted_to_beginnings_first_of_its_recordings()
+     {
         let wave = |period: f64| {
             Physics::new("cogging", "mass").with("force", 0.37).with("period", period).with("phase", 0.2)
         };

@@ -6,7 +6,7 @@ use crate::advances::Advances;
 use crate::error::PlantError;
 use crate::linear::{Advance, dot};
 use crate::model::{Model, Physics};
-use crate::nonlinear::{Dense, Look, Machine, Sensing, elements};
+use crate::nonlinear::{Dense, Look, Machine, Sensing, elements, passed, signals};
 use crate::simulate::{check_input, is_linear};
 use crate::stamps::Stamps;
 use crate::state_space::{ForceSeries, StateSpace};
@@ -88,7 +88,7 @@ impl Rerun {
             let space = StateSpace::new(model)?;
             let initial = space.initial(model, start)?;
             let mut outputs = self.linear(&space, initial, &stamps)?;
-            self.show_true_input(&space.shares_of_input(), &mut outputs);
+            self.show_true_input(model, &space.shares_of_input(), &mut outputs)?;
             return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
@@ -105,7 +105,7 @@ impl Rerun {
             sensing.recorded(index, &dense, &wanted_s, false)
         });
         let mut outputs: Vec<Vec<f64>> = outputs.collect();
-        self.show_true_input(&shares, &mut outputs);
+        self.show_true_input(model, &shares, &mut outputs)?;
         Ok(outputs)
     }
 
@@ -119,14 +119,36 @@ impl Rerun {
         if self.is_in_loop() { &[] } else { &self.input }
     }
 
-    /// Corrects what outputs show of the input itself; laws between the two change the correction, which is small, in second order.
-    fn show_true_input(&self, shares: &[f64], outputs: &mut [Vec<f64>]) {
-        let Some(unseen) = &self.unseen else { return };
+    /// Corrects what outputs show of the input itself.
+    fn show_true_input(
+        &self,
+        model: &Model,
+        shares: &[f64],
+        outputs: &mut [Vec<f64>],
+    ) -> Result<(), PlantError> {
+        let Some(unseen) = self.unseen.as_ref().filter(|_| shares.iter().any(|share| *share != 0.0)) else {
+            return Ok(());
+        };
+        let missing = self.behind_the_drive(model, unseen)?;
         for (share, samples) in shares.iter().zip(outputs) {
             if *share != 0.0 {
-                samples.iter_mut().zip(unseen).for_each(|(sample, missing)| *sample += share * missing);
+                samples.iter_mut().zip(&missing).for_each(|(sample, missing)| *sample += share * missing);
             }
         }
+        Ok(())
+    }
+
+    /// What of a correction of the input arrives behind the model's drive: nothing of it where that is at its limit.
+    fn behind_the_drive(&self, model: &Model, unseen: &[f64]) -> Result<Vec<f64>, PlantError> {
+        let (mut with, mut without) = (signals(model)?, signals(model)?);
+        if with.is_empty() {
+            return Ok(unseen.to_vec());
+        }
+        let driving = self.time_s.iter().zip(&self.input).step_by(self.every);
+        let missing = driving.zip(unseen).map(|((&time_s, &value), unseen)| {
+            passed(&mut with, time_s, value + unseen) - passed(&mut without, time_s, value)
+        });
+        Ok(missing.collect())
     }
 
     /// The linear plant from one wanted stamp to the next.

@@ -163,6 +163,24 @@ fn an_output_that_shows_the_input_reads_the_true_one_and_others_the_driving_one(
     }
 }
 
+/// The peaks of a clipped command are flat, however far its true samples are from those that drive.
+#[test]
+fn an_output_that_shows_a_clipped_input_reads_the_limit() {
+    let mut model = Model::from_toml("model.toml", &with(BEAM, "force_N", "base_position_m")).unwrap();
+    let driving = recording(&model, true);
+    let samples = driving.column("base_position_m").unwrap();
+    let limit = 0.5 * samples.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    model.setup_mut().physics = vec![Physics::new("saturation", "drive").with("limit", limit)];
+    let true_input: Vec<f64> = samples.iter().map(|u| 1.01 * u).collect();
+    let rerun = Rerun::new(&driving, &model, 1).unwrap().with_true_input(&true_input);
+    let shown = model.output_columns().iter().position(|name| name == "base_position_m").unwrap();
+    let read = &rerun.outputs(&model, None).unwrap()[shown];
+    let clipped = true_input.iter().map(|value| value.clamp(-limit, limit));
+    let worst = read.iter().zip(clipped).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-15, "{worst:e}");
+    assert!(true_input.iter().filter(|value| value.abs() > limit).count() > 10);
+}
+
 /// The identity that a diagnosis publishes as a tie, at sliding and at rest: the sine stops at every turn.
 #[test]
 fn even_friction_with_a_constant_force_is_friction_that_differs_by_direction() {

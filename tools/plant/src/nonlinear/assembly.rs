@@ -34,6 +34,29 @@ pub(crate) struct Machine<'a> {
     pub(super) longest_step_s: f64,
 }
 
+/// What the input passes on its way to the drive, in order.
+pub(crate) fn signals(model: &Model) -> Result<Vec<Box<dyn SignalLaw>>, PlantError> {
+    let mut signals: Vec<Box<dyn SignalLaw>> = Vec::new();
+    let limits = model.setup().drive_limits;
+    if limits.dead_time_s > 0.0 {
+        signals.push(Box::new(Late::new(limits.dead_time_s)));
+    }
+    if let Some(limit) = limits.limit {
+        signals.push(Box::new(Clip { limit }));
+    }
+    for physics in &model.setup().physics {
+        if let Action::Signal(law) = action(model, physics, 0.0)? {
+            signals.push(law);
+        }
+    }
+    Ok(signals)
+}
+
+/// A signal behind all that it passes, at a time that never decreases.
+pub(crate) fn passed(signals: &mut [Box<dyn SignalLaw>], time_s: f64, value: f64) -> f64 {
+    signals.iter_mut().fold(value, |value, law| law.pass(time_s, value))
+}
+
 impl<'a> Machine<'a> {
     /// Builds the chain for an input that starts at `start`.
     ///
@@ -44,22 +67,15 @@ impl<'a> Machine<'a> {
         reference: Option<(&'a [f64], &'a [f64])>,
         longest_step_s_given: Option<f64>,
     ) -> Result<Self, PlantError> {
-        let mut signals: Vec<Box<dyn SignalLaw>> = Vec::new();
+        let signals = signals(model)?;
         let mut motions: Vec<Box<dyn SignalLaw>> = Vec::new();
         let mut forces: Vec<&Physics> = Vec::new();
         let limits = model.setup().drive_limits;
-        if limits.dead_time_s > 0.0 {
-            signals.push(Box::new(Late::new(limits.dead_time_s)));
-        }
-        if let Some(limit) = limits.limit {
-            signals.push(Box::new(Clip { limit }));
-        }
         for physics in &model.setup().physics {
             match action(model, physics, 0.0)? {
-                Action::Signal(law) => signals.push(law),
                 Action::Motion(law) => motions.push(law),
                 Action::Force(_) => forces.push(physics),
-                Action::Sensor(_) | Action::Structure(_) => {}
+                Action::Signal(_) | Action::Sensor(_) | Action::Structure(_) => {}
             }
         }
         let (plant_model, servo) = match model.servo() {
@@ -194,8 +210,8 @@ impl<'a> Machine<'a> {
         slope_before: &mut f64,
         run: Option<&mut Run>,
     ) -> Result<(), PlantError> {
-        let mut pass = |time_s: f64, u: f64| self.signals.iter_mut().fold(u, |u, law| law.pass(time_s, u));
-        let (mut from, mut to) = (pass(time_s, u), pass(time_s + step_s, u_end));
+        let mut from = passed(&mut self.signals, time_s, u);
+        let mut to = passed(&mut self.signals, time_s + step_s, u_end);
         if let Some(servo) = &mut self.servo {
             let before = servo.state[0];
             servo.advance(time_s, step_s, from, to)?;
@@ -226,7 +242,7 @@ impl<'a> Machine<'a> {
             Some(control) => control.output(),
             None => input.get(last).copied().unwrap_or(0.0),
         };
-        let mut to = self.signals.iter_mut().fold(u, |u, law| law.pass(time_s, u));
+        let mut to = passed(&mut self.signals, time_s, u);
         if let Some(servo) = &self.servo {
             to = servo.state[0];
         }

@@ -7,10 +7,10 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use super::assembly::{Machine, Run, ran_away};
+use super::assembly::{Machine, Run, passed, ran_away};
 use super::engine::{Effort, Element, Engine, settled};
 use super::steps::{Port, PortStep};
-use crate::catalogue::{SignalLaw, Step};
+use crate::catalogue::Step;
 use crate::error::PlantError;
 use crate::stamps::Stamps;
 use crate::state_space::Row;
@@ -294,9 +294,6 @@ fn lean<const N: usize>(
         base: Vec::new(),
         stamps: Vec::with_capacity(stamps.len() / every + 1),
     };
-    let pass = |signals: &mut Vec<Box<dyn SignalLaw>>, time_s: f64, u: f64| {
-        signals.iter_mut().fold(u, |u, law| law.pass(time_s, u))
-    };
     let mut slope_before = 0.0;
     for index in 0..stamps.len() {
         let wanted = index % every == 0;
@@ -307,7 +304,7 @@ fn lean<const N: usize>(
         let (Some(interval_s), Some(&[from, to])) = (stamps.interval_s(index), input.get(index..index + 2))
         else {
             let u = input.get(index).copied().unwrap_or(0.0);
-            let u = pass(&mut signals, start_s, u);
+            let u = passed(&mut signals, start_s, u);
             lean.look(&mut run, start_s, u, slope_before);
             break;
         };
@@ -320,7 +317,8 @@ fn lean<const N: usize>(
             let at = |past_s: f64| from + (to - from) * (past_s / interval_s);
             let (mut u, mut u_end) = (at(past_s), at(past_s + step_s));
             if !signals.is_empty() {
-                (u, u_end) = (pass(&mut signals, time_s, u), pass(&mut signals, time_s + step_s, u_end));
+                u = passed(&mut signals, time_s, u);
+                u_end = passed(&mut signals, time_s + step_s, u_end);
             }
             let slope = (u_end - u) / step_s;
             if look.between || (wanted && piece == 0) {

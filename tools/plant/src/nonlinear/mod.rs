@@ -16,7 +16,7 @@ mod lean;
 mod sensing;
 mod steps;
 
-pub(crate) use assembly::{Machine, elements};
+pub(crate) use assembly::{Machine, elements, passed, signals};
 pub(crate) use lean::Look;
 pub(crate) use sensing::{Dense, Sensing};
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::small_angles::{sine_and_cosine, sine_over_angle};
 
 /// `cogging`.
 pub struct Cogging;
@@ -50,12 +51,13 @@ struct Cog {
 
 impl ForceLaw for Cog {
     fn force(&self, step: &Step) -> f64 {
+        let half_turn = 0.5 * self.per_displacement;
+        let (sine, cosine) = (half_turn * (step.z + step.z_free) + self.phase).sin_cos();
         step.settle(|force| {
-            let middle = self.per_displacement * 0.5 * (step.z + step.z_end(force)) + self.phase;
-            let half = self.per_displacement * 0.5 * (step.z_end(force) - step.z);
-            // Mean of the sine along the way: that at its middle times sin(x)/x.
-            let share = if half.abs() < 1e-6 { 1.0 } else { half.sin() / half };
-            -self.force * middle.sin() * share
+            // The force moves the middle of the way by a small angle.
+            let (turn_sine, turn_cosine) = sine_and_cosine(half_turn * step.z_gain * force);
+            let middle_sine = sine * turn_cosine + cosine * turn_sine;
+            -self.force * middle_sine * sine_over_angle(half_turn * (step.z_end(force) - step.z))
         })
     }
 }

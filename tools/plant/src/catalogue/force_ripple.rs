@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::small_angles::sine_and_cosine;
 
 /// `force_ripple`.
 pub struct ForceRipple;
@@ -50,10 +51,13 @@ struct Ripple {
 
 impl ForceLaw for Ripple {
     fn force(&self, step: &Step) -> f64 {
+        let half_turn = 0.5 * self.per_displacement;
+        let (sine, cosine) = (half_turn * (step.z + step.z_free) + self.phase).sin_cos();
         step.settle(|force| {
-            let middle = 0.5 * (step.z + step.z_end(force));
+            // The force moves the middle of the way by a small angle.
+            let (turn_sine, turn_cosine) = sine_and_cosine(half_turn * step.z_gain * force);
             let effort = step.effort + step.effort_gain * force;
-            self.ripple * effort * (self.per_displacement * middle + self.phase).sin()
+            self.ripple * effort * (sine * turn_cosine + cosine * turn_sine)
         })
     }
 }

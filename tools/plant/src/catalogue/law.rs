@@ -185,7 +185,12 @@ pub struct Step {
     pub effort: f64,
     /// How that changes per force here: a servo answers.
     pub effort_gain: f64,
+    /// A force that is likely near: that of the step before, or of the round before where several laws are solved for together.
+    pub near: f64,
 }
+
+/// Forces that differ by this share of them are the same to rounding.
+const ROUNDED: f64 = 1e-13;
 
 impl Step {
     /// Displacement at the end.
@@ -204,17 +209,17 @@ impl Step {
     }
 
     /// Solves `f = law(f)`: the force and the motion that it makes agree. The gain is of order `h²`, so that a few
-    /// steps of the secant method settle it; a law so stiff that they do not is bisected.
+    /// steps of the secant method settle it from the force that is near; a law so stiff that they do not is bisected.
     pub fn settle(&self, law: impl Fn(f64) -> f64) -> f64 {
         let excess = |force: f64| force - law(force);
-        let (mut a, mut at_a) = (0.0, excess(0.0));
-        if at_a == 0.0 {
+        let (mut a, mut at_a) = (self.near, excess(self.near));
+        if at_a.abs() <= ROUNDED * a.abs() {
             return a;
         }
-        let mut b = -at_a;
+        let mut b = a - at_a;
         let mut at_b = excess(b);
         for round in 0..12 {
-            let close = 1e-13 * (a.abs() + b.abs());
+            let close = ROUNDED * (a.abs() + b.abs());
             if at_b.abs() <= close || at_b == at_a {
                 return b;
             }

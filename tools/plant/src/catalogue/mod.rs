@@ -59,6 +59,7 @@ mod rectification;
 mod registry;
 mod saturation;
 mod servo_lag;
+mod small_angles;
 mod stribeck_friction;
 mod tip_mass;
 mod viscous_friction;

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::small_angles::sine_over_angle;
 
 /// `periodic_disturbance`.
 pub struct PeriodicDisturbance;
@@ -53,7 +54,6 @@ impl ForceLaw for Shaker {
         let half = 0.5 * self.omega_rad_s * step.step_s;
         let middle = self.omega_rad_s * (step.time_s + 0.5 * step.step_s) + self.phase;
         // Mean of the sine over the step.
-        let share = if half.abs() < 1e-6 { 1.0 } else { half.sin() / half };
-        self.force * middle.sin() * share
+        self.force * middle.sin() * sine_over_angle(half)
     }
 }

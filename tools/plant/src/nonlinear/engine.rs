@@ -68,6 +68,7 @@ impl Element {
                     v_gain: 1e-300,
                     effort,
                     effort_gain: 0.0,
+                    near: 0.0,
                 };
                 let force = self.law.force(&seen);
                 self.law.made(&seen, force);
@@ -158,6 +159,7 @@ impl Engine {
             v_gain: step.v_gain[index][index],
             effort,
             effort_gain,
+            near: self.forces[index],
         }
     }
 
@@ -184,7 +186,7 @@ pub(super) fn settled(
     v_gain: &[Vec<f64>],
 ) {
     let given = |index: usize, forces: &[f64]| {
-        let mut seen = alone[index];
+        let mut seen = Step { near: forces[index], ..alone[index] };
         for (other, force) in forces.iter().enumerate() {
             if other != index {
                 seen.z_free += z_gain[index][other] * force;

@@ -194,6 +194,7 @@ impl<const N: usize> Lean<N> {
             v_gain,
             effort,
             effort_gain,
+            near: self.engine.forces[index],
         }
     }
 

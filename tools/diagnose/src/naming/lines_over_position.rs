@@ -39,17 +39,26 @@ impl Search<'_> {
             let (trial, factor) = wave.combined(parts, &ahead)?;
             Some(Alike { candidate: compared.index, physics: candidate.physics(&trial, factor), share })
         };
-        let frequencies = frequencies_along(candidate, compared.moments);
-        let spectrum: Vec<f64> =
-            frequencies.iter().map(|at| line(*at).map_or(0.0, |line| line.share)).collect();
-        let top = |place: usize| {
-            let step = frequencies.get(1).map_or(0.0, |second| second - frequencies[0]);
-            let between =
-                (-FINER..=FINER).map(|k| frequencies[place] + step * f64::from(k) / f64::from(FINER));
-            between.filter_map(line).max_by(|a, b| a.share.total_cmp(&b.share))
-        };
-        crests(&spectrum).filter_map(top).collect()
+        let places = || compared.moments.iter().flatten().map(|moment| moment[0]);
+        tops(&frequencies_along(candidate, places), WAVE_ALIKE, line, |line| line.share)
     }
+}
+
+/// The lines that stand above those beside them, each looked for finely, where their share is more than `least`.
+pub(super) fn tops<L>(
+    frequencies: &[f64],
+    least: f64,
+    line: impl Fn(f64) -> Option<L>,
+    share: impl Fn(&L) -> f64,
+) -> Vec<L> {
+    let spectrum: Vec<f64> =
+        frequencies.iter().map(|at| line(*at).map_or(0.0, |line| share(&line))).collect();
+    let top = |place: usize| {
+        let step = frequencies.get(1).map_or(0.0, |second| second - frequencies[0]);
+        let between = (-FINER..=FINER).map(|k| frequencies[place] + step * f64::from(k) / f64::from(FINER));
+        between.filter_map(&line).max_by(|a, b| share(a).total_cmp(&share(b)))
+    };
+    crests(&spectrum, least).filter_map(top).collect()
 }
 
 /// Runs one after the other, the mean of each taken out.
@@ -62,16 +71,16 @@ fn about_their_means(runs: &[Vec<f64>]) -> Vec<f64> {
 }
 
 /// Where the shares of a spectrum that count stand above those beside them.
-fn crests(shares: &[f64]) -> impl Iterator<Item = usize> {
+fn crests(shares: &[f64], least: f64) -> impl Iterator<Item = usize> {
     let share = |place: Option<usize>| place.and_then(|place| shares.get(place)).map_or(0.0, |share| *share);
     (0..shares.len()).filter(move |&place| {
         let [before, here, after] = [place.checked_sub(1), Some(place), Some(place + 1)].map(share);
-        here > WAVE_ALIKE && here > before && here >= after
+        here > least && here > before && here >= after
     })
 }
 
 /// What of two columns adds up nearest to a third; `None` where they are one.
-fn of_both([one, other]: [&[f64]; 2], wanted: &[f64]) -> Option<[f64; 2]> {
+pub(super) fn of_both([one, other]: [&[f64]; 2], wanted: &[f64]) -> Option<[f64; 2]> {
     let [aa, ab, bb] = [dot(one, one), dot(one, other), dot(other, other)];
     let [a, b] = [dot(one, wanted), dot(other, wanted)];
     let determinant = aa * bb - ab * ab;
@@ -80,8 +89,10 @@ fn of_both([one, other]: [&[f64]; 2], wanted: &[f64]) -> Option<[f64; 2]> {
 
 /// Reciprocals of the periods that are tried along a motion that is known, evenly spaced: between two of them the wave's pattern moves by a
 /// quarter of a wave over all of the motion.
-fn frequencies_along(candidate: &Candidate, moments: &[Vec<Moment>]) -> Vec<f64> {
-    let places = || moments.iter().flatten().map(|moment| moment[0]);
+pub(super) fn frequencies_along<P: Iterator<Item = f64>>(
+    candidate: &Candidate,
+    places: impl Fn() -> P,
+) -> Vec<f64> {
     let most = places().fold(f64::NEG_INFINITY, f64::max);
     let travel = most - places().fold(f64::INFINITY, f64::min);
     let range = candidate.ranges.iter().find(|(name, ..)| *name == "period");

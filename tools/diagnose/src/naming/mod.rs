@@ -26,4 +26,5 @@ mod sketches;
 pub(crate) mod stand_ins;
 mod superfluous;
 pub(crate) mod trials;
+mod waves_as_recorded;
 mod without_rounding;

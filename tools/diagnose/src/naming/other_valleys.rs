@@ -51,8 +51,8 @@ impl Search<'_> {
     }
 
     /// The set fitted to the beginnings of the recordings first, and by differences so large that they look across the jags of its laws;
-    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it. A wave has no jags, and its fit is
-    /// finished first: it may be in the right valley already.
+    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it. A wave has no jags: where the
+    /// travel was recorded it is read off there; else its fit is finished first, being in the right valley already, perhaps.
     pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
         if self.is_over() || self.rest(member) == Rest::Noise {
             return None;
@@ -60,6 +60,9 @@ impl Search<'_> {
         if !self.drifts_over_a_wave(member) {
             let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train).until(self.patience));
             return if is_jagged { self.fitted_to_beginnings_first(member) } else { None };
+        }
+        if let Some(as_recorded) = self.waves_as_recorded(member) {
+            return Some(self.finished(as_recorded));
         }
         let settled = self.finished(member.clone());
         if self.rest(&settled) == Rest::Noise {
@@ -298,7 +301,7 @@ mod tests {
             for period in [0.030, 0.041] {
                 let stuck = fitted_with(search, &refitted, &wave(period));
                 assert!(departure(&law(&stuck), &truth, "period") > 0.03, "no other valley: {period}");
-                let found = law(&search.across_the_jags(&stuck).unwrap());
+                let found = law(&search.fitted_to_beginnings_first(&stuck).unwrap());
                 assert!(departure(&found, &truth, "period") < 1e-3, "{period}: {found:?}");
                 assert!(departure(&found, &truth, "force") < 1e-2, "{period}: {found:?}");
             }

@@ -65,6 +65,22 @@ impl Search<'_> {
 
     /// The set without its law at `place`, fitted again.
     pub(crate) fn without(&self, member: &Member, place: usize) -> Option<Member> {
+        let (hypothesis, free, start) = self.lacking(member, place);
+        // To the end even when time is: a set that is not fitted would make its missing law look necessary.
+        let stack = self.study.stack(Role::Train);
+        let states = member.fitted.initial_states();
+        let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
+        let mut laws = member.laws.clone();
+        laws.remove(place);
+        self.member(laws, fitted)
+    }
+
+    /// The set without its law at `place` and the other parameters with their values, as they are beside it.
+    pub(crate) fn lacking(
+        &self,
+        member: &Member,
+        place: usize,
+    ) -> (Hypothesis, Vec<FreeParameter>, Vec<f64>) {
         let mut hypothesis = member.fitted.hypothesis.clone();
         let index = self.given_laws + place;
         hypothesis.model.setup_mut().physics.remove(index);
@@ -78,13 +94,7 @@ impl Search<'_> {
             free.push(FreeParameter { path: renumbered(&parameter.path, index + 1), ..parameter.clone() });
             start.push(*value);
         }
-        // To the end even when time is: a set that is not fitted would make its missing law look necessary.
-        let stack = self.study.stack(Role::Train);
-        let states = member.fitted.initial_states();
-        let fitted = fit(&stack, &hypothesis, &free, &start, &states, Effort::TRIAL)?;
-        let mut laws = member.laws.clone();
-        laws.remove(place);
-        self.member(laws, fitted)
+        (hypothesis, free, start)
     }
 
     /// The set with another law in the place of one, begun from that law's values and fitted again.

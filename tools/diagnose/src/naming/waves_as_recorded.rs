@@ -1,0 +1,310 @@
+//! A wave along the travel, begun where the machine was seen to go.
+//!
+//! A body that nothing holds adds up what pushes it: simulated without the wave, or with another one, it comes to lie elsewhere on the true
+//! wave than the machine did, and the fit of a period has as many valleys as that. Where an encoder shows the place, the wave's force is a
+//! sine of what was recorded, whatever the model makes of it, and what it does to the outputs is a straight line in its two amplitudes:
+//! every period is tried in turn, the other parameters following along straight lines. (The regressor is the recorded place instead of the
+//! simulated one, an equation error: the encoder's noise weakens a wave of `P` by `exp(−2 (π σ/P)²)`, which only says where a fit by
+//! simulation begins.)
+
+use std::f64::consts::FRAC_PI_2;
+
+use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+use stillbeam_plant::{Motion, StateSpace};
+use stillbeam_recording::Role;
+
+use super::lines_over_position::{frequencies_along, of_both, tops};
+use super::selection::Search;
+use super::sets::Member;
+use super::trials::{Candidate, Trial};
+use crate::fit::{Effort, Fitted, Others};
+use crate::parameters::FreeParameter;
+use crate::record::Record;
+use crate::simulation::{Hypothesis, first_effect, motion};
+use crate::stacking::Stack;
+
+/// Lines are fitted from that have at least this share of the power of what is left without the wave, ...
+const STANDS_OUT: f64 = 0.3;
+/// ... these many, the highest first.
+const FITTED: usize = 2;
+/// Straight lines along which the other parameters follow, one after another, ...
+const FOLLOWED: usize = 4;
+/// ... none by more than this, in search coordinates.
+const LONGEST: f64 = 0.5;
+/// Periods on either side that are tried again then.
+const NEARBY: i32 = 8;
+
+/// A wave, by how much its amplitude is to be multiplied, and the share of what is left that it takes away.
+struct Line {
+    wave: Trial,
+    factor: f64,
+    share: f64,
+}
+
+/// A model without the wave, the machine's travel as it was recorded, and what the other parameters could absorb.
+struct Travelled<'t> {
+    stack: &'t Stack<'t>,
+    without: Fitted,
+    /// Where the wave acts.
+    point: usize,
+    travels: Vec<Motion>,
+    residuals: Vec<f64>,
+    absorbing: Orthonormal,
+}
+
+impl Search<'_> {
+    /// The set with its waves as the recorded travel shows them, or as they are where that fits better; `None` where no travel was recorded
+    /// or no wave stands out.
+    pub(super) fn waves_as_recorded(&self, member: &Member) -> Option<Member> {
+        let mut best: Option<Member> = None;
+        for candidate in member.laws.clone() {
+            let from = best.as_ref().unwrap_or(member);
+            best = self.wave_as_recorded(from, candidate).or(best);
+        }
+        best
+    }
+
+    fn wave_as_recorded(&self, member: &Member, law: usize) -> Option<Member> {
+        let candidate = &self.candidates[law];
+        let wave = candidate.trials.iter().find(|trial| trial.period().is_some())?;
+        let place = member.laws.iter().position(|other| *other == law)?;
+        let stack = self.study.stack(Role::Train);
+        let (hypothesis, free, values) = self.lacking(member, place);
+        let without = reckoned(&stack, &hypothesis, &free, &values, &member.fitted.initial_states())?;
+        let travelled = Travelled::new(&stack, candidate, without)?;
+        let places = || travelled.travels.iter().flat_map(|travel| travel.points[travelled.point][0].iter());
+        let frequencies = frequencies_along(candidate, || places().copied());
+        let line = |per_unit: f64| travelled.line(candidate, &wave.with_period(per_unit.recip())?);
+        let mut lines = tops(&frequencies, STANDS_OUT, line, |line| line.share);
+        lines.sort_by(|a, b| b.share.total_cmp(&a.share));
+        lines.truncate(FITTED);
+        let finer = frequencies.get(1)? - frequencies.first()?;
+        let others: Vec<usize> = member.laws.iter().copied().filter(|other| *other != law).collect();
+        let fitted = lines.into_iter().filter_map(|line| {
+            let (without, line) = travelled.followed(candidate, line, finer);
+            let without = Member { laws: others.clone(), fitted: without, held_out: Vec::new() };
+            let physics = candidate.physics(&line.wave, line.factor);
+            let number = self.given_laws + member.laws.len();
+            let amplitudes = candidate.amplitude_names();
+            let begun = self.extended(&without, law, &physics, number, &amplitudes, Others::Searched)?;
+            let fitted = self.fitted_on(&begun, Effort::TRIAL).unwrap_or(begun);
+            self.member([&others[..], &[law]].concat(), fitted)
+        });
+        let found = fitted.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
+        let is_better = found.fitted.sum_of_squares < member.fitted.sum_of_squares;
+        Some(if is_better { found } else { member.clone() })
+    }
+}
+
+/// A hypothesis with these values on the training recordings.
+fn reckoned(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    free: &[FreeParameter],
+    values: &[f64],
+    starts: &[Vec<f64>],
+) -> Option<Fitted> {
+    let hypothesis = hypothesis.with_values(free, values)?;
+    let records = stack.evaluate(&hypothesis, starts)?;
+    let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+    Some(Fitted { hypothesis, free: free.to_vec(), values: values.to_vec(), records, sum_of_squares })
+}
+
+impl<'t> Travelled<'t> {
+    /// `None` where the place of the law was not recorded on every recording.
+    fn new(stack: &'t Stack<'t>, candidate: &Candidate, without: Fitted) -> Option<Self> {
+        let point = point_of(&without, candidate)?;
+        let output = output_of(&without, point)?;
+        let fits = without.records.iter().zip(&stack.records);
+        let travels = fits.map(|(fit, record)| {
+            let mut travel = motion(&without.hypothesis, record, &fit.initial)?;
+            travel.points[point][0] = as_recorded(record, output, &travel.points[point][0])?;
+            Some(travel)
+        });
+        let travels = travels.collect::<Option<Vec<Motion>>>()?;
+        let mut absorbing = Orthonormal::default();
+        without.rough_sensitivities(stack).into_iter().for_each(|column| absorbing.push(column));
+        let mut residuals = without.residuals();
+        absorbing.remove_from(&mut residuals);
+        Some(Self { stack, without, point, travels, residuals, absorbing })
+    }
+
+    /// The other parameters where they follow to, and the wave beside them: straight lines again and again.
+    fn followed(&self, candidate: &Candidate, line: Line, finer: f64) -> (Fitted, Line) {
+        let mut reached = (self.without.clone(), line);
+        let mut here: Option<Self> = None;
+        for _ in 0..FOLLOWED {
+            let at = here.as_ref().unwrap_or(self);
+            let Some((next, line)) = at.step(candidate, &reached.1, finer) else { break };
+            reached = (next.without.clone(), line);
+            here = Some(next);
+        }
+        reached
+    }
+
+    /// One such line.
+    fn step(&self, candidate: &Candidate, line: &Line, finer: f64) -> Option<(Self, Line)> {
+        let mut rest = self.without.residuals();
+        add_scaled(&mut rest, -line.factor, &self.bare_effect(candidate, &line.wave)?);
+        let by = self.absorbing.coefficients(&self.absorbing.remove_from(&mut rest));
+        let rows = self.without.free.iter().zip(&self.without.values).zip(by);
+        let moved = rows.map(|((free, value), by)| {
+            let by = by.clamp(-LONGEST, LONGEST);
+            free.to_value(free.to_search(*value) + by).max(free.lower).min(free.upper)
+        });
+        let moved: Vec<f64> = moved.collect();
+        let Fitted { hypothesis, free, .. } = &self.without;
+        let without = reckoned(self.stack, hypothesis, free, &moved, &self.without.initial_states())?;
+        let next = Self::new(self.stack, candidate, without)?;
+        let here = line.wave.period()?.recip();
+        let around = (-NEARBY..=NEARBY).map(|k| here + finer * f64::from(k) / f64::from(NEARBY));
+        let lines =
+            around.filter_map(|per_unit| next.line(candidate, &line.wave.with_period(per_unit.recip())?));
+        let line = lines.max_by(|a, b| a.share.total_cmp(&b.share))?;
+        Some((next, line))
+    }
+}
+
+impl Travelled<'_> {
+    /// The wave of this trial's period.
+    fn line(&self, candidate: &Candidate, wave: &Trial) -> Option<Line> {
+        let ahead = wave.turned(FRAC_PI_2)?;
+        let [sine, cosine] = [self.effect(candidate, wave)?, self.effect(candidate, &ahead)?];
+        let parts = of_both([&sine, &cosine], &self.residuals)?;
+        let explained = parts[0] * dot(&sine, &self.residuals) + parts[1] * dot(&cosine, &self.residuals);
+        let (wave, factor) = wave.combined(parts, &ahead)?;
+        Some(Line { wave, factor, share: explained / dot(&self.residuals, &self.residuals) })
+    }
+
+    /// What a wave does to the outputs along the recorded travel, what could be absorbed taken out.
+    fn effect(&self, candidate: &Candidate, wave: &Trial) -> Option<Vec<f64>> {
+        let mut own = self.bare_effect(candidate, wave)?;
+        self.absorbing.remove_from(&mut own);
+        Some(own)
+    }
+
+    /// The same with what could be absorbed.
+    fn bare_effect(&self, candidate: &Candidate, wave: &Trial) -> Option<Vec<f64>> {
+        let law = candidate.physics(wave, 1.0);
+        let mut whole = Vec::with_capacity(self.residuals.len());
+        for (index, travel) in self.travels.iter().enumerate() {
+            let record = self.stack.records[index];
+            let signals = first_effect(&self.without.hypothesis, record, &law, travel)?;
+            let mut own = self.stack.weighted(index, &signals);
+            self.without.records[index].nuisances.remove_from(&mut own);
+            whole.extend(own);
+        }
+        Some(whole)
+    }
+}
+
+/// The point at which a law acts.
+fn point_of(fitted: &Fitted, candidate: &Candidate) -> Option<usize> {
+    let space = StateSpace::new(&fitted.hypothesis.model).ok()?;
+    space.points().iter().position(|point| point.name == candidate.location)
+}
+
+/// The output that shows where a point is.
+fn output_of(fitted: &Fitted, point: usize) -> Option<usize> {
+    let space = StateSpace::new(&fitted.hypothesis.model).ok()?;
+    let place = &space.points()[point].displacement;
+    space.outputs().iter().position(|output| output.row == *place)
+}
+
+/// A simulated travel corrected by what was recorded of it; straight lines between samples that are apart. A body that nothing holds is where
+/// its encoder says: its place and the encoder's zero are one and the same (see [`Stack`]).
+fn as_recorded(record: &Record, output: usize, simulated: &[f64]) -> Option<Vec<f64>> {
+    let signal = record.outputs.iter().find(|signal| signal.index == output)?;
+    let samples = signal.at.iter().zip(&signal.samples);
+    let departures: Vec<f64> = samples.map(|(&k, sample)| sample - simulated[k]).collect();
+    let last = signal.at.len().checked_sub(1)?;
+    let departure = |k: usize| {
+        let after = signal.at.partition_point(|&at| at < k).min(last);
+        let before = if signal.at[after] > k { after.saturating_sub(1) } else { after };
+        let [from, to] = [signal.at[before], signal.at[after]].map(|at| at as f64);
+        let share = if to > from { ((k as f64 - from) / (to - from)).clamp(0.0, 1.0) } else { 0.0 };
+        departures[before] + share * (departures[after] - departures[before])
+    };
+    Some(simulated.iter().enumerate().map(|(k, place)| place + departure(k)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+    use stillbeam_recording::Recording;
+
+    use super::as_recorded;
+    use crate::naming::on_a_spring::{fitted_with, noisy_runs, searched_around, unheld};
+    use crate::naming::sets::Member;
+    use crate::record::Record;
+    use stillbeam_plant::Model;
+    use stillbeam_recording::Role;
+
+    fn wave(period: f64) -> Physics {
+        Physics::new("cogging", "mass").with("force", 0.37).with("period", period).with("phase", 0.2)
+    }
+
+    /// As case 145 of seed 20: 15.2 mm were fitted for 21.7, and fits to the beginnings of the recordings took the time.
+    #[test]
+    fn a_wave_is_found_where_the_machine_was_seen_to_go_whatever_period_it_was_fitted_with() {
+        let truth = wave(0.047);
+        let mut real = unheld();
+        real.setup_mut().physics = vec![truth.clone()];
+        let train = noisy_runs(&real, &[2.0, 4.0], 1e-4);
+        searched_around(&unheld(), &train, &noisy_runs(&real, &[3.0], 1e-4), |search, refitted| {
+            let law = |set: &Member| set.fitted.hypothesis.model.setup().physics[0].clone();
+            let off = |law: &Physics, name: &str| (law.parameters[name] / truth.parameters[name] - 1.0).abs();
+            for period in [0.019, 0.030, 0.085] {
+                let stuck = fitted_with(search, &refitted, &wave(period));
+                assert!(off(&law(&stuck), "period") > 0.03, "no other valley: {period}");
+                let found = law(&search.finished(search.waves_as_recorded(&stuck).unwrap()));
+                assert!(off(&found, "period") < 1e-3, "{period}: {found:?}");
+                assert!(off(&found, "force") < 1e-2, "{period}: {found:?}");
+            }
+            let right = fitted_with(search, &refitted, &truth);
+            let again = search.waves_as_recorded(&right);
+            assert!(again.is_none_or(|again| off(&law(&again), "period") < 1e-3));
+        });
+    }
+
+    /// A wave on a body of which another one's place is recorded says nothing of where it went.
+    #[test]
+    fn where_the_place_was_not_recorded_no_wave_is_read_off() {
+        let text = r#"
+            schema = 1
+            kind = "lumped"
+            body = [{ name = "mass", mass = 2.5 }, { name = "load", mass = 0.4 }]
+            spring = [{ between = ["mass", "load"], stiffness = 900.0 }]
+            damper = [{ between = ["mass", "ground"], damping = 10.0 }, { between = ["mass", "load"], damping = 1.0 }]
+            input = { column = "force_N", body = "mass" }
+            output = [{ column = "position_m", body = "load" }]
+        "#;
+        let given = Model::from_toml("two.toml", text).unwrap();
+        let mut real = given.clone();
+        real.setup_mut().physics = vec![wave(0.047)];
+        let train = noisy_runs(&real, &[2.0, 4.0], 1e-4);
+        searched_around(&given, &train, &noisy_runs(&real, &[3.0], 1e-4), |search, refitted| {
+            let stuck = fitted_with(search, &refitted, &wave(0.030));
+            assert!(search.waves_as_recorded(&stuck).is_none());
+        });
+    }
+
+    /// The encoder is slower than the input and lost samples.
+    #[test]
+    fn a_travel_is_joined_between_its_samples() {
+        let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+        let went = |t: f64| if t < 0.7 { 0.0 } else { 0.02 * (t - 0.7) };
+        let read = |k: usize, t: f64| {
+            if k % 3 == 0 && !(900..960).contains(&k) { went(t) } else { f64::NAN }
+        };
+        let recording = Recording::new("slow", time_s.clone())
+            .with_column("force_N", time_s.iter().map(|t| (0.3 * t).sin()).collect())
+            .with_column("position_m", time_s.iter().enumerate().map(|(k, t)| read(k, *t)).collect());
+        let record = Record::new(&recording, Role::Train, &unheld(), None, None).unwrap();
+        let simulated: Vec<f64> = time_s.iter().map(|t| 0.8 * went(*t)).collect();
+        let travel = as_recorded(&record, 0, &simulated).unwrap();
+        let worst = travel.iter().zip(&time_s).map(|(z, t)| (z - went(*t)).abs()).fold(0.0, f64::max);
+        assert!(worst < 2e-4, "{worst}");
+        assert!(as_recorded(&record, 1, &simulated).is_none());
+    }
+}

@@ -23,7 +23,7 @@ const USAGE: &str =
   --cases N         how many cases (300)
   --seed S          seed of the cases (1)
   --out FOLDER      where cases, seals, answers and scores go (target/prove)
-  --limit SECONDS   processor time that the tool has per case, one thread (140)
+  --limit SECONDS   processor time that the tool has per case, one thread (126)
   --jobs N          cases at a time (2)
   --kind KIND,...   only the cases of these kinds (visible, absorbed, buried, masked, null, decoy, outside); no page then
   --case N,...      only the cases of these numbers; no page then
@@ -56,7 +56,7 @@ fn bench() -> Result<(), String> {
         seed: 1,
         cases: 300,
         jobs: 2,
-        limit_s: 140.0,
+        limit_s: 126.0,
         resume: false,
         minutes: None,
         kinds: Concealment::ALL.to_vec(),

@@ -230,15 +230,13 @@ fn as_recorded(record: &Record, output: usize, simulated: &[f64]) -> Option<Vec<
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
-    use stillbeam_recording::Recording;
+    use stillbeam_plant::{Model, Physics};
+    use stillbeam_recording::{Recording, Role};
 
     use super::as_recorded;
     use crate::naming::on_a_spring::{fitted_with, noisy_runs, searched_around, unheld};
     use crate::naming::sets::Member;
     use crate::record::Record;
-    use stillbeam_plant::Model;
-    use stillbeam_recording::Role;
 
     fn wave(period: f64) -> Physics {
         Physics::new("cogging", "mass").with("force", 0.37).with("period", period).with("phase", 0.2)
@@ -295,7 +293,7 @@ mod tests {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
         let went = |t: f64| if t < 0.7 { 0.0 } else { 0.02 * (t - 0.7) };
         let read = |k: usize, t: f64| {
-            if k % 3 == 0 && !(900..960).contains(&k) { went(t) } else { f64::NAN }
+            if k.is_multiple_of(3) && !(900..960).contains(&k) { went(t) } else { f64::NAN }
         };
         let recording = Recording::new("slow", time_s.clone())
             .with_column("force_N", time_s.iter().map(|t| (0.3 * t).sin()).collect())

@@ -72,6 +72,8 @@ impl Search<'_> {
                 break;
             }
         }
+        let both = self.both_exchanged(&selection);
+        selection.rivals.extend(both);
         let open = self.left_open(&selection.chosen).into_iter();
         let open = open.filter(|member| !selection.has_rival(&member.laws));
         // What the recordings are said to show has to pass its gates; what they only leave open cannot.

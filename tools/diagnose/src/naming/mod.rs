@@ -1,5 +1,6 @@
 //! Naming: which laws of the catalogue the recordings demand.
 
+mod both_exchanged;
 pub(crate) mod by_innovations;
 mod by_latent_force;
 mod from_drawing;

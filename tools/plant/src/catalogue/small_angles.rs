@@ -16,7 +16,7 @@ pub(super) fn sine_over_angle(angle: f64) -> f64 {
     if angle.abs() > SMALL { angle.sin() / angle } else { sine_over(angle * angle) }
 }
 
-/// To x¹²: the next term is below 1e-21.
+/// To x¹²: the next term is below 1e-20.
 fn sine_over(squared: f64) -> f64 {
     const TERMS: [f64; 6] =
         [1.0 / 6_227_020_800.0, -1.0 / 39_916_800.0, 1.0 / 362_880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0];

@@ -33,10 +33,12 @@ impl Search<'_> {
                 return None;
             }
             let place = one.rival.laws.iter().position(|law| *law == other.old)?;
-            let both = self.exchanged(one.rival, place, other.new, self.law_of(other)?)?;
-            if selection.has_rival(&both.laws) {
+            let mut laws = one.rival.laws.clone();
+            laws[place] = other.new;
+            if selection.has_rival(&laws) {
                 return None;
             }
+            let both = self.exchanged(one.rival, place, other.new, self.law_of(other)?)?;
             self.finished_if_close(both, chosen)
         });
         both.collect()

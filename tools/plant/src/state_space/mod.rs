@@ -25,6 +25,7 @@ mod base_motion;
 mod beam;
 mod discrete;
 mod forced;
+mod in_loop;
 mod lumped;
 mod modes;
 mod recent;

@@ -281,14 +281,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     gates.push(gate(
         SIZE,
         share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
-        match trialled.held_out_share {
-            Some(held_out) => format!(
-                "takes {:.0} % off what noise does not explain, {:.0} % of the held-out recordings",
-                100.0 * share.min(1.0),
-                100.0 * held_out.min(1.0)
-            ),
-            None => format!("takes {:.0} % off what noise does not explain", 100.0 * share.min(1.0)),
-        },
+        size_in_words(share, trialled.held_out_share),
     ));
     if let Some(closer) = &trialled.closer {
         if let Some(Consistency { p, spread, .. }) = closer.consistency {
@@ -323,14 +316,32 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
             gates.push(gate(
                 "sufficient",
                 beside < LARGE_REST || held_out.z > DOUBT * options.held_out_gate,
-                format!(
-                    "a structured rest {beside:.2} times as large as what it explains, held-out gain {:.1} standard errors",
-                    held_out.z
-                ),
+                format!("{}, held-out gain {:.1} standard errors", rest_in_words(beside), held_out.z),
             ));
         }
     }
     gates
+}
+
+/// The shares of what noise does not explain that a law takes off the training and the held-out recordings. How much worse it makes those, in
+/// shares of a rest that may be next to nothing, says nothing.
+fn size_in_words(share: f64, held_out: Option<f64>) -> String {
+    let per_cent = |share: f64| 100.0 * share.min(1.0);
+    let takes = format!("takes {:.0} % off what noise does not explain", per_cent(share));
+    match held_out {
+        Some(held_out) if held_out < 0.0 => format!("{takes}, and makes the held-out recordings worse"),
+        Some(held_out) => format!("{takes}, {:.0} % of the held-out recordings", per_cent(held_out)),
+        None => takes,
+    }
+}
+
+/// A structured rest in terms of what a law explains; infinite where the noise is not known apart from it.
+fn rest_in_words(beside: f64) -> String {
+    if beside.is_finite() {
+        format!("a structured rest {beside:.2} times as large as what it explains")
+    } else {
+        "a structured rest that what it explains cannot be compared with".to_owned()
+    }
 }
 
 /// A cable that pushes is no cable: beside other laws it takes back what a parameter has moved too far. `None` for other laws.
@@ -429,6 +440,22 @@ mod tests {
             closer: Some(closer),
         };
         gates(&trialled, &Options::default()).iter().all(|gate| gate.passed)
+    }
+
+    /// Case 232 of seed 21 said that 512612... (308 digits) % were added.
+    #[test]
+    fn what_a_law_makes_worse_is_said_without_a_share_of_next_to_nothing() {
+        assert_eq!(
+            size_in_words(0.994, Some(0.5)),
+            "takes 99 % off what noise does not explain, 50 % of the held-out recordings"
+        );
+        assert_eq!(size_in_words(1.7, None), "takes 100 % off what noise does not explain");
+        for worse in [-0.2, -5e300, f64::NEG_INFINITY] {
+            let words = size_in_words(0.99, Some(worse));
+            assert!(words.ends_with("and makes the held-out recordings worse"), "{words}");
+        }
+        assert!(rest_in_words(0.5).contains("0.50 times"));
+        assert!(!rest_in_words(f64::INFINITY).contains("inf"));
     }
 
     /// The wave over position that was fitted to what a circuit's cubic spring leaves took all of it off the multisines that it was trained on, and

@@ -76,9 +76,10 @@ impl Search<'_> {
         selection.rivals.extend(both);
         let open = self.left_open(&selection.chosen).into_iter();
         let open = open.filter(|member| !selection.has_rival(&member.laws));
-        // What the recordings are said to show has to pass its gates; what they only leave open cannot.
+        // What the recordings are said to show has to pass its gates; what they only leave open cannot, and of a sum no part is shown.
         let contends = |member: &Member| {
             !self.is_likelier(&selection.chosen, member)
+                || self.has_friction_known_as_a_sum(member)
                 || self.judged_passing(member, &selection, refitted).is_some()
         };
         let open: Vec<Member> = open.filter(contends).collect();

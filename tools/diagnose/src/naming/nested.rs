@@ -229,8 +229,29 @@ impl Search<'_> {
         Some([one?, other?])
     }
 
-    /// Whether two forces of the law at a place may be different, all shapes of the law as they are: at the speed that its dip has, say.
+    /// Whether two forces of the law at a place may be different.
     fn may_differ(&self, member: &Member, place: usize, names: [&str; 2]) -> bool {
+        match self.known_forces(member, place, names) {
+            // Dry friction that holds with less than it slides with is dry friction of one force.
+            Some([(sliding, _), (holding, _)]) if names == BY_SPEED && holding <= sliding => false,
+            Some([one, other]) => may_differ(one, other),
+            None => false,
+        }
+    }
+
+    /// Whether a set has friction by direction of which the recordings show the sum of its forces and not their difference: on a spring and to
+    /// a sensor with an unknown zero, however it is shared out.
+    pub(crate) fn has_friction_known_as_a_sum(&self, member: &Member) -> bool {
+        let places = (0..member.laws.len()).filter(|&place| {
+            let candidate = &self.candidates[member.laws[place]];
+            candidate.law.id() == UNEVEN
+        });
+        let forces = |place| self.known_forces(member, place, BY_DIRECTION);
+        places.filter_map(forces).any(|[one, other]| is_known_as_a_sum(one, other))
+    }
+
+    /// Two forces of the law at a place and their standard errors, all shapes of the law as they are: at the speed that its dip has, say.
+    fn known_forces(&self, member: &Member, place: usize, names: [&str; 2]) -> Option<[(f64, f64); 2]> {
         let own = format!("physics.{}.", self.given_laws + place + 1);
         let is_shape = |parameter: &FreeParameter| {
             parameter.path.strip_prefix(&own).is_some_and(|name| !names.contains(&name))
@@ -242,16 +263,11 @@ impl Search<'_> {
             .unzip();
         let fitted = Fitted { free, values, ..member.fitted.clone() };
         let errors = standard_errors(&self.study.stack(Role::Train), &fitted, self.study.slowest_hz);
-        let found = |name: &str| {
+        let [one, other] = names.map(|name| {
             let index = fitted.free.iter().position(|free| free.path.strip_prefix(&own) == Some(name))?;
             Some((fitted.values[index], errors[index]))
-        };
-        match names.map(found) {
-            // Dry friction that holds with less than it slides with is dry friction of one force.
-            [Some((sliding, _)), Some((holding, _))] if names == BY_SPEED && holding <= sliding => false,
-            [Some(one), Some(other)] => may_differ(one, other),
-            _ => false,
-        }
+        });
+        Some([one?, other?])
     }
 }
 
@@ -298,6 +314,11 @@ fn may_differ((forward, forward_error): (f64, f64), (backward, backward_error): 
         > differing(forward, backward)
 }
 
+/// Whether neither force is known to be there, though their sum is: all of it may act one way.
+fn is_known_as_a_sum((forward, forward_error): (f64, f64), (backward, backward_error): (f64, f64)) -> bool {
+    INTERVAL * forward_error.min(backward_error) > 0.5 * (forward + backward)
+}
+
 fn half_difference(forward: f64, backward: f64) -> f64 {
     0.5 * (forward - backward).abs()
 }
@@ -318,6 +339,9 @@ mod tests {
         assert!(may_differ((1.9, 0.3), (0.1, 0.3)), "known as a sum only");
         assert!(may_differ((1.0, 0.15), (1.0, 0.15)), "even, but not known to be");
         assert!(!may_differ((1.02, 0.03), (0.98, 0.03)), "known to be even");
+        assert!(is_known_as_a_sum((0.11, 0.085), (0.0, 0.085)), "case 198 of seed 21");
+        assert!(!is_known_as_a_sum((2.0, 0.1), (0.0, 0.1)), "one-sided for certain");
+        assert!(!is_known_as_a_sum((1.0, 0.3), (1.0, 0.3)));
     }
 
     #[test]

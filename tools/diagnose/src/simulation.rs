@@ -114,22 +114,22 @@ pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) 
     record.rerun.motion(model, Some(record.longest_step_s)).ok()?
 }
 
-/// What a law would change in the recorded outputs if the machine moved as it does without it; `None` in a closed loop, whose
-/// controller sees to it that it does not.
+/// What a law's force along a motion would change in the recorded outputs; in a closed loop beside what its controller does about that.
+/// `None` for what is no force.
 pub(crate) fn first_effect(
     hypothesis: &Hypothesis,
     record: &Record,
     law: &Physics,
     motion: &Motion,
 ) -> Option<Vec<Vec<f64>>> {
-    if record.rerun.is_in_loop() {
-        return None;
-    }
     let forces = force_along(&hypothesis.model, law, motion).ok()?;
     if forces.is_empty() {
         return None;
     }
-    let space = StateSpace::new(&hypothesis.model).ok()?;
+    let mut space = StateSpace::new(&hypothesis.model).ok()?;
+    if record.rerun.is_in_loop() {
+        space = space.in_loop(hypothesis.model.setup().controller.as_ref()?)?;
+    }
     let nothing = vec![0.0; motion.time_s.len()];
     let start = vec![0.0; space.order()];
     let trace = space.run(&motion.time_s, &nothing, Hold::FirstOrder, &forces, &start).ok()?;

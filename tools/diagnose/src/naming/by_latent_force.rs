@@ -11,6 +11,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::{Physics, StateSpace};
 use stillbeam_recording::Role;
 
+use super::other_refits::take_better;
 use super::rounds::Tried;
 use super::selection::Search;
 use super::sets::Member;
@@ -47,8 +48,27 @@ pub(super) struct AtPlace<'c> {
 }
 
 impl Search<'_> {
-    /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`.
+    /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`. A wave that the recorded travel
+    /// shows, and that leaves nothing to look for, is the only one.
     pub(super) fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
+        let waves = (0..self.candidates.len()).into_par_iter().filter(|&law| self.is_wave(law));
+        let read_off = waves.filter(|_| !self.is_over()).filter_map(|law| self.wave_read_off(around, law));
+        let read_off: Vec<Member> = read_off.collect();
+        let judged = |set: Member| {
+            let law = *set.laws.last()?;
+            Some(self.judged_on(refitted, set, law))
+        };
+        let is_quiet = |set: &Member| !self.is_louder_than_noise(&set.fitted);
+        let is_explained = read_off.iter().any(is_quiet);
+        let mut tried: Vec<Tried> = read_off.into_iter().filter_map(judged).collect();
+        if !is_explained {
+            take_better(&mut tried, self.tried_alike(around, refitted));
+        }
+        tried.retain(|tried| tried.training.t() > self.options.training_gate);
+        tried
+    }
+
+    fn tried_alike(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
         let mut alike = self.laws_alike(around);
         alike.sort_by(|a, b| b.share.total_cmp(&a.share));
         // A wave has as many lines as it has, and they are shares of another power: they take no other law's place.
@@ -64,8 +84,7 @@ impl Search<'_> {
             let fitted = self.fitted_on(&begun, Effort::BENT).unwrap_or(begun);
             Some(self.judged_on(refitted, self.member(vec![law.candidate], fitted)?, law.candidate))
         };
-        let tried: Vec<Tried> = alike.par_iter().filter_map(fitted).collect();
-        tried.into_iter().filter(|tried| tried.training.t() > self.options.training_gate).collect()
+        alike.par_iter().filter_map(fitted).collect()
     }
 
     fn is_wave(&self, candidate: usize) -> bool {

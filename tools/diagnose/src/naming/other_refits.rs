@@ -144,7 +144,7 @@ fn part<'r>(all: &Stack<'r>, numbers: &[usize]) -> Stack<'r> {
 }
 
 /// Takes over what is better of what was found, law by law.
-fn take_better(tried: &mut Vec<Tried>, around: Vec<Tried>) {
+pub(super) fn take_better(tried: &mut Vec<Tried>, around: Vec<Tried>) {
     for found in around {
         let known = tried.iter().position(|tried| tried.candidate == found.candidate);
         match known.map(|place| &mut tried[place]) {

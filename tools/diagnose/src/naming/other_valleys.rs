@@ -18,7 +18,7 @@
 
 use std::slice::from_ref;
 
-use stillbeam_plant::{Physics, StateSpace};
+use stillbeam_plant::{Model, Physics, StateSpace};
 use stillbeam_recording::Role;
 
 use super::screening::{Leaving, Screened, screen};
@@ -88,17 +88,11 @@ impl Search<'_> {
         self.member(member.laws.clone(), best)
     }
 
-    /// Whether a law of the set pushes by a wave over position a machine of which nothing holds the whole: where it comes to lie on the wave
-    /// depends on all the pushes before, and a wave that is a little too short fits the later ones of a recording in one of many ways.
+    /// Whether a law of the set pushes by a wave over position a machine of which nothing holds the whole: see [`is_held`].
     fn drifts_over_a_wave(&self, member: &Member) -> bool {
         let model = &member.fitted.hypothesis.model;
         let mut laws = model.setup().physics.iter().skip(self.given_laws);
-        let is_held = || {
-            let modes = StateSpace::new(model).and_then(|space| space.natural_modes());
-            let is_in_loop = self.study.train.iter().any(|record| record.rerun.is_in_loop());
-            is_in_loop || !modes.is_ok_and(|modes| modes.iter().any(|(frequency_hz, _)| *frequency_hz == 0.0))
-        };
-        laws.any(|law| law.parameters.contains_key("period")) && !is_held()
+        laws.any(|law| law.parameters.contains_key("period")) && !is_held(model)
     }
 
     /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.
@@ -212,6 +206,13 @@ impl Search<'_> {
         let best = there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
         Some(self.finished(best))
     }
+}
+
+/// Whether springs hold all of a machine. Where it comes to lie on a wave depends on all the pushes before otherwise, and a wave that is a
+/// little too short fits the later ones of a recording in one of many ways. So does one from the hollows of which a loop pulls it.
+pub(super) fn is_held(model: &Model) -> bool {
+    let modes = StateSpace::new(model).and_then(|space| space.natural_modes());
+    !modes.is_ok_and(|modes| modes.iter().any(|(frequency_hz, _)| *frequency_hz == 0.0))
 }
 
 /// Two cables at one place are one that pulls towards a place between; `None` for what is no cable.

@@ -253,8 +253,9 @@ impl Search<'_> {
                 let around_drawing = beside
                     .drawing
                     .and_then(|drawing| self.begun(drawing, screened, physics, Others::Searched));
-                let both = around_base.into_iter().chain(around_drawing);
-                Some((both.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))?, *screened))
+                let read_off = self.wave_where_it_went(base, screened.candidate);
+                let all = around_base.into_iter().chain(around_drawing).chain(read_off);
+                Some((all.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))?, *screened))
             })
             .collect();
         begun.sort_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));

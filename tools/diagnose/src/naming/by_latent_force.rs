@@ -5,6 +5,8 @@
 //! The force itself has not: a smoother of the refitted model says what force at a place would explain the recordings, and along the
 //! smoothed motion each law's force is a function of that motion. The best values of that regression are biased, by the noise in the
 //! motion and the smoother's own bandwidth; they begin a fit by simulation, which decides.
+//!
+//! A wave needs no smoother where its place was recorded: it is read off there first ([`super::waves_as_recorded`]).
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
@@ -87,7 +89,7 @@ impl Search<'_> {
         alike.par_iter().filter_map(fitted).collect()
     }
 
-    fn is_wave(&self, candidate: usize) -> bool {
+    pub(super) fn is_wave(&self, candidate: usize) -> bool {
         self.candidates[candidate].trials.iter().any(|trial| trial.period().is_some())
     }
 

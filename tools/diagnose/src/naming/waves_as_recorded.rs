@@ -80,9 +80,8 @@ impl Search<'_> {
     /// The fit of a set with a wave besides, begun so where nothing holds the machine: without the wave it went elsewhere, and what the screen
     /// saw of one there says little.
     pub(super) fn wave_where_it_went(&self, without: &Member, law: usize) -> Option<Fitted> {
-        let is_wave = self.candidates[law].trials.iter().any(|trial| trial.period().is_some());
         let drifts = || !is_held(&without.fitted.hypothesis.model);
-        (is_wave && drifts()).then(|| self.wave_read_off(without, law))?.map(|set| set.fitted)
+        (self.is_wave(law) && drifts()).then(|| self.wave_read_off(without, law))?.map(|set| set.fitted)
     }
 
     /// A set with a wave besides, as the recorded travel shows it; `None` where that was not recorded or no wave stands out.

@@ -42,7 +42,7 @@ fn modes_go_from_identification_to_a_table_to_a_still_beam() {
     assert!(std::fs::read_to_string(report).unwrap().contains("<svg"));
     let beam = paper_beam();
     let simulate = |extra: &[&str]| {
-        let mut arguments = vec!["simulate", &beam, "--command", "move 0.05", "--json", "-"];
+        let mut arguments = vec!["simulate", &beam, "--command", "move 50mm", "--json", "-"];
         arguments.extend(extra);
         json(&accepted(&arguments))
     };
@@ -53,7 +53,7 @@ fn modes_go_from_identification_to_a_table_to_a_still_beam() {
     let recording = stillbeam_recording::read_csv(&folder.path().join("move.csv")).unwrap();
     assert_eq!(recording.column("setpoint_m").unwrap().last(), Some(&0.05));
     // The same table at another rate is a contradiction.
-    let run = stillbeam(&["simulate", &beam, "--command", "move 0.05", "--shaper", &table, "--rate", "1000"]);
+    let run = stillbeam(&["simulate", &beam, "--command", "move 50mm", "--shaper", &table, "--rate", "1000"]);
     assert_eq!(run.code, 2);
     assert!(run.messages.contains("4000") && run.messages.contains("1000"), "{}", run.messages);
 }
@@ -67,7 +67,7 @@ fn a_damaged_table_does_not_run() {
     let other = (weight.parse::<i64>().unwrap() + 1).to_string();
     std::fs::write(&file, table.replace(&weight, &other)).unwrap();
     let run =
-        stillbeam(&["simulate", &paper_beam(), "--command", "move 0.05", "--shaper", file.to_str().unwrap()]);
+        stillbeam(&["simulate", &paper_beam(), "--command", "move 50mm", "--shaper", file.to_str().unwrap()]);
     assert_eq!(run.code, 2);
     assert!(run.messages.contains("table.json") && run.messages.contains("weight"), "{}", run.messages);
 }
@@ -247,7 +247,7 @@ fn a_move_of_an_extended_model_feels_its_friction() {
     let end = |model: &str, out: &str| {
         let (model, out) = (path(model), path(out));
         let arguments =
-            ["simulate", &model, "--command", "move 0.05", "--rate", "1000", "--json", "-", "--out", &out];
+            ["simulate", &model, "--command", "move 50mm", "--rate", "1000", "--json", "-", "--out", &out];
         let numbers = json(&accepted(&arguments));
         assert!(numbers["residual_peak_m"].as_f64().unwrap() > 1e-3, "{numbers}");
         let recording = stillbeam_recording::read_csv(folder.path().join(&out).as_path()).unwrap();
@@ -294,6 +294,11 @@ fn identified_modes_go_onto_a_board_with_their_boxes() {
     let modes = [mode(1.1, [1.0998, 1.1002]), mode(6.9, [6.2, 7.6])];
     std::fs::write(&file, serde_json::json!({"schema_version": 1, "modes": modes}).to_string()).unwrap();
     let applied = json(&accepted(&["apply", &file, "--port", "core", "--json", "-"]));
+    assert_eq!(
+        applied["modes"][0]["type"], "zvd",
+        "a machine moves by more than one recording's standard errors"
+    );
+    let applied = json(&accepted(&["apply", &file, "--port", "core", "--box-floor", "0%", "--json", "-"]));
     assert_eq!(applied["modes"][0]["type"], "zv");
     let wide = applied["modes"][1]["type"].as_str().unwrap();
     assert!(["zvd", "zvdd", "zvddd"].contains(&wide), "{applied}");

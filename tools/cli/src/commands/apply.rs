@@ -14,12 +14,13 @@ use crate::demo::board_setup::apply_shapers;
 use crate::error::CliError;
 use crate::identification::modes_file::ChosenModes;
 use crate::outputs::keep_apart;
+use crate::shaping::{BoxFloor, measured_box};
 use crate::streams::{Streams, json_on_stdout};
 
 /// Set identified modes on a board, over its console, and let it design and run their shaper.
 ///
 /// MODES.json is what `stillbeam identify --json` wrote. Every mode gets the shortest of zv, zvd, zvdd and zvddd that keeps its
-/// vibration below --tolerance anywhere in its uncertainty box, or the --type that is named. The board designs the taps
+/// vibration below --tolerance anywhere in its uncertainty box (what was measured, and no less than --box-floor), or the --type that is named. The board designs the taps
 /// itself; its CRC is checked against the host's. A shaper for all modes at once is `shape --optimal` and `upload`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -38,6 +39,8 @@ pub struct ApplyArgs {
     chosen: Vec<usize>,
     #[arg(long = "type", value_name = "TYPE", help = format!("The shaper of every mode: {KnownTypes}; by default as robust as its box asks for"))]
     kind: Option<String>,
+    #[command(flatten)]
+    floor: BoxFloor,
     /// The most vibration that a mode may keep anywhere in its box, as a fraction of the unshaped command's
     #[arg(long, value_name = "FRACTION", default_value_t = 0.05, allow_negative_numbers = true)]
     tolerance: f64,
@@ -83,7 +86,9 @@ impl ApplyArgs {
         }
         let kind = self.kind.as_deref().map(parse_type).transpose()?;
         let chosen = ChosenModes::read(&self.modes, &self.chosen)?;
-        let boxes = boxes(&chosen)?;
+        let floor = self.floor.spread()?;
+        let boxes: Vec<ModeBox> =
+            chosen.filed.iter().map(|mode| measured_box(mode, floor)).collect::<Result<_, _>>()?;
         let mut session = BoardTarget::parse(&self.port).connect(&mut |line| streams.say(line))?;
         let rate_hz = session.tick_hz()?;
         let modes: Vec<Mode> = (0..boxes.len())
@@ -108,12 +113,14 @@ impl ApplyArgs {
             modes: modes
                 .iter()
                 .zip(&boxes)
-                .zip(&chosen.filed)
-                .map(|((mode, area), filed)| AppliedMode {
+                .map(|(mode, area)| AppliedMode {
                     frequency_hz: mode.frequency_hz(),
                     damping_ratio: mode.damping_ratio(),
                     kind: mode.shaper().name(),
-                    uncertainty_box: filed.uncertainty_box,
+                    uncertainty_box: UncertaintyBox {
+                        frequency_hz: area.frequency_hz(),
+                        damping_ratio: area.damping_ratio(),
+                    },
                     worst_over_box: worst_over_box(&table, area),
                 })
                 .collect(),
@@ -156,16 +163,6 @@ impl ApplyArgs {
         }
         Ok(last)
     }
-}
-
-/// The boxes of the modes.
-fn boxes(chosen: &ChosenModes) -> Result<Vec<ModeBox>, CliError> {
-    let boxes = chosen.filed.iter().map(|mode| {
-        let area = mode.design_box().map_err(|error| CliError::Usage(error.to_string()))?;
-        let (hz, zeta) = (mode.frequency_hz.value, mode.damping_ratio.value);
-        Ok(ModeBox::new(hz, zeta, area.frequency_hz, area.damping_ratio)?)
-    });
-    boxes.collect()
 }
 
 fn table(modes: &[Mode], rate_hz: f64) -> Result<ShaperTable, CliError> {

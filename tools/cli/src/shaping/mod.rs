@@ -11,4 +11,4 @@ pub use candidates::{Candidate, candidates};
 pub use comparison::{ComparedMove, compare_moves};
 pub use machine::{MachineLimits, MoveCheck};
 pub use selection::{ModeSelection, Task, board_rate_hz};
-pub use uncertainty::{Uncertainty, mode_boxes};
+pub use uncertainty::{BoxFloor, Uncertainty, measured_box, mode_boxes};

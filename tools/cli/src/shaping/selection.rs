@@ -9,7 +9,7 @@ use stillbeam_shape::{
     DEFAULT_TYPE, KnownStageTypes, ModeBox, ShapeError, StagePlan, StageType, parse_stage,
 };
 
-use super::uncertainty::{Uncertainty, mode_boxes};
+use super::uncertainty::{BoxFloor, Uncertainty, mode_boxes};
 use crate::error::CliError;
 use crate::identification::modes_file::ChosenModes;
 use crate::streams::Streams;
@@ -31,9 +31,11 @@ pub struct ModeSelection {
     #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', conflicts_with = "modes")]
     chosen: Vec<usize>,
     /// Where the modes may be: ±PCT of frequency and damping ratio, ±PCT,PCT of each, or a FILE of `identify --json`
-    /// with a box for every mode
+    /// with a box for every mode, widened to --box-floor
     #[arg(long = "box", default_value = "5%", value_name = "PCT|FILE", allow_negative_numbers = true)]
     uncertainty: String,
+    #[command(flatten)]
+    floor: BoxFloor,
 }
 
 /// The modes and their boxes.
@@ -82,8 +84,9 @@ impl ModeSelection {
             None => self.modes.iter().map(|spec| parse_stage(spec, kind)).collect::<Result<Vec<_>, _>>()?,
         };
         let same_file = chosen.as_ref().filter(|_| file == box_file);
-        let boxes = mode_boxes(&plans, &uncertainty, same_file)?;
-        Ok(Task { plans, boxes, described: uncertainty.describe() })
+        let floor = self.floor.spread()?;
+        let boxes = mode_boxes(&plans, &uncertainty, floor, same_file)?;
+        Ok(Task { plans, boxes, described: uncertainty.describe(floor) })
     }
 }
 

@@ -58,6 +58,24 @@ impl ModeBox {
         Self::new(frequency_hz, damping_ratio, frequencies_hz, spread(damping_ratio, damping_fraction))
     }
 
+    /// The smallest box that holds this one and ±`frequency_fraction` and ±`damping_fraction` of the nominal mode's own
+    /// values. A statistical error says how well one recording was fitted, and not how far payload, temperature and
+    /// position move a machine; this is the floor for the latter.
+    ///
+    /// # Errors
+    /// As [`ModeBox::around`].
+    pub fn at_least(&self, frequency_fraction: f64, damping_fraction: f64) -> Result<Self, ShapeError> {
+        let [hz, zeta] = self.nominal;
+        let floor = Self::around(hz, zeta, frequency_fraction, damping_fraction)?;
+        let hull = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), a[1].max(b[1])];
+        Self::new(
+            hz,
+            zeta,
+            hull(self.frequency_hz, floor.frequency_hz),
+            hull(self.damping_ratio, floor.damping_ratio),
+        )
+    }
+
     /// The same box shrunk or widened about the nominal mode by a factor.
     pub(super) fn scaled(&self, factor: f64) -> Self {
         let about = |[low, high]: [f64; 2], centre: f64| {

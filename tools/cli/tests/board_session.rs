@@ -242,3 +242,43 @@ fn the_encoder_is_collected_where_the_board_has_one() {
         encoder_m.len() == with.setpoints_m().len() && encoder_m.iter().all(|position| *position == 1e-3)
     );
 }
+
+/// A board of which fifty seconds pass here in one of its own, as an emulated one does on a busy computer.
+struct SlowBoard(InProcessBoard);
+
+const SLOWNESS: u32 = 50;
+
+impl ByteLink for SlowBoard {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn write_all(&mut self, bytes: &[u8]) -> std::io::Result<()> {
+        self.0.write_all(bytes)
+    }
+
+    fn read(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize> {
+        self.0.read(buffer, patience / SLOWNESS)
+    }
+
+    fn clock(&self) -> Duration {
+        self.0.clock() * SLOWNESS
+    }
+
+    fn pause(&mut self, duration: Duration) {
+        self.0.pause(duration / SLOWNESS);
+    }
+}
+
+#[test]
+fn a_busy_board_is_waited_for_by_its_own_time_and_not_by_the_clock_on_the_wall() {
+    let mut session = Session::start(Box::new(SlowBoard(InProcessBoard::new()))).unwrap();
+    for line in ["set mode1.frequency_hz 1", "set mode1.type zvdd", "set move.velocity_mm_s 10", "apply"] {
+        session.command_when_ready(line).unwrap();
+    }
+    session.command("move 50").unwrap();
+    session.command("shaper off").unwrap();
+    // The table that was switched off takes one and a half seconds of the board's time to run out.
+    assert!(matches!(session.command("shaper on"), Err(BoardError::Refused { code, .. }) if code == "busy"));
+    session.command_when_ready("shaper on").unwrap();
+}

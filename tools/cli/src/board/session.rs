@@ -18,8 +18,9 @@ const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(8);
 /// How long one attempt of the handshake may take.
 const ATTEMPT_PATIENCE: Duration = Duration::from_millis(1200);
 
-/// How long a command may be refused as `busy` before that is taken for an answer.
-const BUSY_PATIENCE: Duration = Duration::from_secs(10);
+/// How long a command may be refused as `busy` before that is taken for an answer, in seconds of the board's own time:
+/// an emulated board on a busy computer runs many times slower than the clock on the wall.
+const BUSY_PATIENCE_S: f64 = 10.0;
 
 /// How often a command is sent when the line damages it or its reply.
 const ATTEMPTS: u32 = 10;
@@ -237,17 +238,32 @@ impl Session {
     /// earlier table to run out.
     ///
     /// # Errors
-    /// As [`Session::command`]; `busy` only after ten seconds of it.
+    /// As [`Session::command`]; `busy` only after ten seconds of it by the board's ticks.
     pub fn command_when_ready(&mut self, command: &str) -> Result<Reply, BoardError> {
-        let deadline = self.link.clock() + BUSY_PATIENCE;
+        let mut first_refused = None;
         loop {
-            match self.command(command) {
-                Err(BoardError::Refused { code, .. }) if code == "busy" && self.link.clock() < deadline => {
-                    self.link.pause(Duration::from_millis(20));
-                }
-                answer => return answer,
+            let answer = self.command(command);
+            match &answer {
+                Err(BoardError::Refused { code, .. }) if code == "busy" => {}
+                _ => return answer,
             }
+            let tick = self.tick()?;
+            let (since, patience) = match first_refused {
+                Some(begun) => begun,
+                None => *first_refused.insert((tick, (BUSY_PATIENCE_S * self.tick_hz()?) as u32)),
+            };
+            if tick.wrapping_sub(since) > patience {
+                return answer;
+            }
+            self.link.pause(Duration::from_millis(20));
         }
+    }
+
+    /// The board's tick, from its `status`.
+    fn tick(&mut self) -> Result<u32, BoardError> {
+        let status = self.command("status")?;
+        let text = status.line("tick").unwrap_or_default();
+        text.parse().map_err(|_| self.unexpected("status", text, "a line `tick NUMBER`"))
     }
 
     /// The next telemetry sample, waiting for it until `deadline` on the link's clock; `None` when none came.

@@ -11,15 +11,19 @@ use stillbeam_firmware::units::{MAX_TRAVEL_MM, Nanometres, TickRate};
 use stillbeam_recording::Recording;
 
 use crate::error::CliError;
+use crate::length::Length;
 
 /// Nanometres in a metre.
 const NANOMETRES: f64 = 1e9;
 
-/// What `--command` asks for, from rest at zero: `move METRES`, or another motion in the console's words and units.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// What `--command` asks for, from rest at zero: `move POSITION`, in mm or with a unit of length, or another motion in the
+/// console's words and units.
+#[derive(Clone, Debug, PartialEq)]
 pub struct MotionCommand {
     /// As the firmware's own reader understands it.
     pub spec: MotionSpec,
+    /// A remark where the target's unit is in doubt.
+    pub doubt: Option<String>,
 }
 
 impl FromStr for MotionCommand {
@@ -29,20 +33,22 @@ impl FromStr for MotionCommand {
         let mut words = text.split_ascii_whitespace();
         let kind = words.next().unwrap_or_default();
         let refused = |what: &str| CliError::Usage(format!("command `{text}`: {what}"));
+        if kind == "move" {
+            let target = text.trim_start().strip_prefix(kind).unwrap_or_default().trim();
+            let target: Length = target.parse().map_err(|_| {
+                refused("a move has one target, in mm or with its unit: \"move 50\", \"move 50mm\", \"move 0.05m\"")
+            })?;
+            return Ok(Self {
+                spec: MotionSpec::Move { to_mm: target.millimetres() },
+                doubt: target.doubt(),
+            });
+        }
         let spec = match MotionSpec::parse(kind, words) {
-            // The console's moves are in millimetres; here the models' metres are the unit.
-            Some(Ok(MotionSpec::Move { to_mm: to_m })) => MotionSpec::Move { to_mm: 1e3 * to_m },
             Some(Ok(spec)) => spec,
-            Some(Err(NotAMotion { command: "move", .. })) => {
-                return Err(refused("a move has one target; write \"move METRES\", such as \"move 0.05\""));
-            }
             Some(Err(NotAMotion { usage, .. })) => return Err(refused(&format!("write \"{usage}\""))),
-            None => {
-                let known = USAGES.map(|usage| usage.replace("POSITION_MM", "METRES")).join(" · ");
-                return Err(refused(&format!("no such motion; there are: {known}")));
-            }
+            None => return Err(refused(&format!("no such motion; there are: {}", USAGES.join(" · ")))),
         };
-        Ok(Self { spec })
+        Ok(Self { spec, doubt: None })
     }
 }
 
@@ -90,7 +96,7 @@ pub fn setpoints_within_m(
     let mut command_nm = vec![0];
     command_nm.extend(std::iter::from_fn(|| plan.step()).map(|position| position.rounded().0));
     if command_nm.len() < 2 {
-        return Err(CliError::Usage("a move to 0 m goes nowhere; give another target".to_owned()));
+        return Err(CliError::Usage("a move to 0 mm goes nowhere; give another target".to_owned()));
     }
     shaped_m(&command_nm, table)
 }

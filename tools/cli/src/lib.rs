@@ -26,7 +26,9 @@ pub mod data;
 pub mod demo;
 pub mod error;
 mod extended_move;
+
 pub mod identification;
+pub mod length;
 pub mod outputs;
 pub mod paper;
 pub mod reading;

@@ -136,7 +136,7 @@ fn files_of_the_wrong_kind_are_refused() {
         path.display().to_string()
     };
     let beam = paper_beam();
-    let command = ["--command", "move 0.05"];
+    let command = ["--command", "move 50mm"];
     let simulate = |model: &str, rest: &[&str], parts: &[&str]| {
         let mut arguments = vec!["simulate", model];
         arguments.extend(rest);
@@ -150,7 +150,7 @@ fn files_of_the_wrong_kind_are_refused() {
         ("move", "one target"),
         ("move far", "far"),
         ("move NaN", "NaN"),
-        ("move 50", "travel"),
+        ("move 50m", "travel"),
         ("move 0", "nowhere"),
         ("fly 1", "no such motion"),
         ("", "no such motion"),
@@ -160,10 +160,10 @@ fn files_of_the_wrong_kind_are_refused() {
     ] {
         simulate(&beam, &["--command", command], &[part]);
     }
-    simulate(&beam, &["--command", "move 0.05", "--rate", "3"], &["3 Hz", "200..20000"]);
-    simulate(&beam, &["--command", "move 0.05", "--shaper", "absent.json"], &["absent.json"]);
+    simulate(&beam, &["--command", "move 50mm", "--rate", "3"], &["3 Hz", "200..20000"]);
+    simulate(&beam, &["--command", "move 50mm", "--shaper", "absent.json"], &["absent.json"]);
     let table = file("not_a_table.json", "{\"schema_version\": 1}");
-    simulate(&beam, &["--command", "move 0.05", "--shaper", &table], &["not_a_table.json", "shaper table"]);
+    simulate(&beam, &["--command", "move 50mm", "--shaper", &table], &["not_a_table.json", "shaper table"]);
     let other = file("other.csv", "time_s,force_N\n0,1\n1,1\n2,1\n3,0\n");
     simulate(&beam, &["--input", &other], &["other.csv", "setpoint_m", "force_N"]);
     let modes = file("modes.json", "{\"modes\": [{\"frequency_hz\": 3}]}");

@@ -18,8 +18,8 @@ fn nothing_is_written_over_what_is_read_or_over_another_output() {
     for arguments in [
         vec!["identify", &recording, "--json", &recording],
         vec!["identify", &recording, "--report", &detour],
-        vec!["simulate", &model, "--command", "move 0.05", "--out", &model],
-        vec!["simulate", &model, "--command", "move 0.05", "--shaper", &table, "--json", &table],
+        vec!["simulate", &model, "--command", "move 50mm", "--out", &model],
+        vec!["simulate", &model, "--command", "move 50mm", "--shaper", &table, "--json", &table],
         vec!["simulate", &model, "--input", &recording, "--out", &recording],
         vec!["model", &model, "--json", &model],
         vec!["shape", "--modes-from", &table, "--json", &table],

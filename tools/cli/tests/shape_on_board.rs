@@ -23,7 +23,7 @@ fn the_board_streams_the_hosts_setpoints_and_perturbed_modes_stay_still() {
         };
         let shaper = request.solve().unwrap();
         let design = ShaperDesign::optimal(&shaper);
-        let command: MotionCommand = "move 0.05".parse().unwrap();
+        let command: MotionCommand = "move 50mm".parse().unwrap();
         let shaped_m = shaped_setpoints_m(&command, RATE_HZ, Some(&shaper.table)).unwrap();
 
         let mut session = BoardTarget::parse("core").connect(&mut |_| {}).unwrap();

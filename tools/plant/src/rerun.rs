@@ -102,7 +102,7 @@ impl Rerun {
                 return run.stamps.iter().map(|&stamp| samples[stamp]).collect();
             }
             let dense = Dense { time_s: &run.time_s, samples, base: &run.base };
-            sensing.recorded(index, &dense, &wanted_s, false)
+            sensing.recorded(index, &dense, &wanted_s, None)
         });
         let mut outputs: Vec<Vec<f64>> = outputs.collect();
         self.show_true_input(model, &shares, &mut outputs)?;

@@ -42,6 +42,8 @@ pub struct SimulateOptions {
     pub feedback: Feedback,
     /// Whether the model's sensors add their noise; without it a simulation is what the sensor would read on average.
     pub sensor_noise: bool,
+    /// Another seed is another draw of that noise, for every sensor; 0 is the draw of the sensors' own seeds.
+    pub noise_seed: u64,
     /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one from the
     /// plant's fastest motion. A law that needs shorter ones takes its share of it (a play a quarter). Half of it quarters the error.
     pub longest_step_s: Option<f64>,
@@ -166,12 +168,13 @@ fn run_machine(
     let resampled = options.output_rate_hz.is_some();
     let run = machine.run(stamps, input, zero_order, resampled || sensing.looks_between())?;
     let at_stamps = |samples: &[f64]| run.stamps.iter().map(|&index| samples[index]).collect::<Vec<f64>>();
+    let noise_seed = options.sensor_noise.then_some(options.noise_seed);
     let read = |index: usize, samples: &[f64]| {
         if sensing.is_ideal() && !resampled {
             return at_stamps(samples);
         }
         let dense = Dense { time_s: &run.time_s, samples, base: &run.base };
-        sensing.recorded(index, &dense, output_s, options.sensor_noise)
+        sensing.recorded(index, &dense, output_s, noise_seed)
     };
     let outputs = run.outputs.iter().enumerate().map(|(index, samples)| read(index, samples)).collect();
     let input = if resampled {

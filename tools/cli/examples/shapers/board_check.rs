@@ -31,7 +31,7 @@ impl Checked {
         table: &ShaperTable,
         boxes: &[ModeBox],
     ) -> Result<Self, Box<dyn Error>> {
-        let command: MotionCommand = "move 0.05".parse()?;
+        let command: MotionCommand = "move 50mm".parse()?;
         let shaped = shaped_setpoints_m(&command, RATE_HZ, Some(table))?;
         let unshaped = shaped_setpoints_m(&command, RATE_HZ, None)?;
         let compared = streamed_as(&shaped, board, design)?;

@@ -11,6 +11,7 @@ use stillbeam_shape::{MoveBounds, MoveRequest, PlanEntry, StageType};
 
 use super::upload::send_plan;
 use crate::error::CliError;
+use crate::length::Length;
 use crate::outputs::keep_apart;
 use crate::report::plan_page::plan_page;
 use crate::shaping::{ComparedMove, ModeSelection, board_rate_hz, compare_moves};
@@ -24,13 +25,13 @@ use crate::streams::{Streams, json_on_stdout};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
-  stillbeam plan --distance 50 --limits 500,5000,1e6 --mode 1.1,0.0074 --mode 6.9,0.0033 --box 5% --out move.csv
-  stillbeam plan --distance 50 --limits 500,5000,1e6 --box modes.json --upload /dev/ttyACM0
-  stillbeam plan --distance 50 --box modes.json --reversing --report move.html")]
+  stillbeam plan --distance 50mm --limits 500,5000,1e6 --mode 1.1,0.0074 --mode 6.9,0.0033 --box 5% --out move.csv
+  stillbeam plan --distance 50mm --limits 500,5000,1e6 --box modes.json --upload /dev/ttyACM0
+  stillbeam plan --distance 50mm --box modes.json --reversing --report move.html")]
 pub struct PlanArgs {
-    /// From rest to rest, in mm
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
-    distance: f64,
+    /// From rest to rest: 50mm, 5cm, 0.05m; a bare number is in mm
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
+    distance: Length,
     /// Largest velocity, acceleration and jerk in mm/s, mm/s² and mm/s³; by default those that the board's settings come with
     #[arg(long, value_name = "V,A,J")]
     limits: Option<String>,
@@ -85,7 +86,7 @@ impl PlanArgs {
         )?;
         let task = self.modes.task(StageType::Textbook(ShaperType::Zvd))?;
         let request = MoveRequest {
-            distance_m: 1e-3 * self.distance,
+            distance_m: self.distance.metres(),
             bounds: self.bounds()?,
             reversing: self.reversing,
             modes: task.boxes.clone(),

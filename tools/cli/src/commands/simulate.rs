@@ -43,15 +43,15 @@ const AFTER_S: f64 = 2.0;
 #[command(group(ArgGroup::new("driven by").required(true).args(["command", "input"])))]
 #[command(after_help = "\
 Example:
-  stillbeam simulate models/paper_beam.toml --command 'move 0.05' --shaper table.json --out move.csv
+  stillbeam simulate models/paper_beam.toml --command 'move 50mm' --shaper table.json --out move.csv
   stillbeam simulate models/paper_beam.toml --command 'sweep linear 0.5 8 0.1Hz/s 200mm/s2' --out sweep.csv
   stillbeam simulate models/paper_beam.toml --input sweep.csv --out simulated.csv")]
 pub struct SimulateArgs {
     /// The model file
     #[arg(value_name = "MODEL.toml")]
     model: PathBuf,
-    /// What the base is told to do, from zero: \"move METRES\", or a sweep, multisine, pulse or decay as on the
-    /// firmware's console, in millimetres
+    /// What the base is told to do, from zero: 'move 50' (mm) or 'move 0.05m', or a sweep, multisine, pulse or decay as on
+    /// the firmware's console, in mm
     #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
     /// A recording that has the model's input column; between even samples the input is a cubic, as `identify` and
@@ -68,9 +68,12 @@ pub struct SimulateArgs {
     /// Use the recorded input as it is, even if the model has a controller and the recording its reference
     #[arg(long)]
     open_loop: bool,
-    /// Let the model's sensors add their noise
+    /// Let the model's sensors add the noise that the model states (`noise_rms` of a `[[sensor]]`)
     #[arg(long)]
     noise: bool,
+    /// With --noise: another number is another draw of it
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, requires = "noise")]
+    seed: u64,
     /// Write what was simulated to this recording
     #[arg(long, value_name = "REC.csv")]
     out: Option<String>,
@@ -118,12 +121,18 @@ impl SimulateArgs {
             [self.out.as_deref(), self.json.as_deref()],
         )?;
         let model = Model::read(&self.model)?;
+        if self.noise && !model.setup().sensors.iter().any(|sensor| sensor.noise_rms > 0.0) {
+            return Err(CliError::Usage(format!(
+                "--noise: no sensor of {} states a noise; add `noise_rms` to a [[sensor]], or leave --noise out",
+                self.model.display()
+            )));
+        }
         let table = self.table()?;
         match (&self.command, &self.input) {
             (Some(command), _) => self.run_command(&model, command, table.as_ref(), streams),
             (None, Some(input)) => self.run_recording(&model, input, table.as_ref(), streams),
             (None, None) => Err(CliError::Usage(
-                "nothing to simulate; give --command 'move METRES' or --input RECORDING".to_owned(),
+                "nothing to simulate; give --command 'move 50mm' or --input RECORDING".to_owned(),
             )),
         }
     }
@@ -146,6 +155,9 @@ impl SimulateArgs {
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
         let command: MotionCommand = command.parse()?;
+        if let Some(doubt) = &command.doubt {
+            streams.say(&format!("--command: {doubt}"));
+        }
         let table_hz = table.map(|table| table.tick_rate().hz());
         let rate_hz = match (self.rate, table_hz) {
             (Some(rate_hz), Some(table_hz)) if rate_hz != table_hz => {
@@ -300,6 +312,7 @@ impl SimulateArgs {
         let options = SimulateOptions {
             feedback: if self.open_loop { Feedback::Open } else { Feedback::IfPossible },
             sensor_noise: self.noise,
+            noise_seed: self.seed,
             output_rate_hz,
             ..SimulateOptions::default()
         };

@@ -88,7 +88,7 @@ fn s_curve(request: &MoveRequest, table: Option<&ShaperTable>) -> Result<Vec<i64
         travel_mm: (-MAX_TRAVEL_MM, MAX_TRAVEL_MM),
         shaper_gain: 1.0,
     };
-    let command = MotionCommand { spec: MotionSpec::Move { to_mm: 1e3 * request.distance_m } };
+    let command = MotionCommand { spec: MotionSpec::Move { to_mm: 1e3 * request.distance_m }, doubt: None };
     let setpoints_m = setpoints_within_m(&command, request.rate_hz, table, limits, Profile::SCurve)?;
     Ok(setpoints_m.iter().map(|position_m| (position_m * NANOMETRES).round() as i64).collect())
 }

@@ -69,13 +69,14 @@ impl Sensing {
         self.channels.iter().any(Channel::looks_between)
     }
 
-    /// What output number `index` is said to have been at `wanted_s`, from dense samples.
+    /// What output number `index` is said to have been at `wanted_s`, from dense samples; with the sensor's noise where
+    /// `noise_seed` says which draw of it.
     pub(crate) fn recorded(
         &self,
         index: usize,
         dense: &Dense<'_>,
         wanted_s: &[f64],
-        noise: bool,
+        noise_seed: Option<u64>,
     ) -> Vec<f64> {
         let channel = &self.channels[index];
         let seen: Vec<f64> = if channel.optics.is_empty() {
@@ -97,8 +98,8 @@ impl Sensing {
         let Some(sensor) = &channel.sensor else {
             return channel.read_out(readings);
         };
-        if noise && sensor.noise_rms > 0.0 {
-            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed_of(sensor));
+        if let Some(noise_seed) = noise_seed.filter(|_| sensor.noise_rms > 0.0) {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed_of(sensor).wrapping_add(noise_seed));
             // Not negative and finite: the model was checked.
             if let Ok(normal) = Normal::new(0.0, sensor.noise_rms) {
                 readings.iter_mut().for_each(|reading| *reading += normal.sample(&mut random));

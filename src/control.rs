@@ -15,8 +15,10 @@ use heapless::spsc::{Consumer, Producer};
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
+use crate::real_time::Asked;
+use crate::servo::analog::{Owed, Target};
 use crate::servo::pulses::StepTrain;
-use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseScale, Pulses};
+use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseConfiguration, PulseScale, Pulses};
 use crate::shaper::{Cascade, Fade, Shaping};
 use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
@@ -90,6 +92,8 @@ pub struct TickOutput {
     pub steps: i16,
     /// Counts of the pulse timer per step; 0 for no steps.
     pub step_period: u16,
+    /// The direction of these steps or of those to come; `None` without step pulses.
+    pub steps_up: Option<bool>,
     /// Whether the drive may run.
     pub drive_enabled: bool,
     /// Whether a telemetry sample was queued, so that somebody should be woken to send it.
@@ -108,6 +112,8 @@ pub struct Links<'m> {
     pub events: Producer<'m, EventRecord>,
     /// The newest values.
     pub status: &'m Status,
+    /// What single bytes ask for.
+    pub asked: &'m Asked,
 }
 
 /// The state of the control loop.
@@ -118,6 +124,8 @@ pub struct Controller<'m> {
     setup: Setup,
     /// That of the limits the motion was planned with: with weaker braking it could leave the travel.
     braking: Braking,
+    /// Of an analog velocity.
+    owed: Owed,
     pulses: Option<Pulses>,
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
@@ -179,6 +187,7 @@ impl<'m> Controller<'m> {
             links,
             shaping: Shaping::at_rest(cascade, zero),
             motion: Motion::Hold,
+            owed: Owed::default(),
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
             braking: setup.braking,
@@ -198,6 +207,19 @@ impl<'m> Controller<'m> {
     /// What the tick publishes.
     pub fn status(&self) -> &'m Status {
         self.links.status
+    }
+
+    /// Takes all that waits, before the first tick.
+    pub fn take_waiting_requests(&mut self) {
+        while let Some(request) = self.links.requests.dequeue() {
+            self.accept(request);
+        }
+    }
+
+    /// What the step output has to be set up for; `None` without step pulses.
+    #[inline]
+    pub fn pulse_configuration(&self) -> Option<PulseConfiguration> {
+        self.pulses.as_ref().map(Pulses::configuration)
     }
 
     /// Starts in [`Fault::Restart`]: after a crash nothing moves before a person says so.
@@ -221,16 +243,24 @@ impl<'m> Controller<'m> {
         if self.links.requests.ready() {
             self.take_request();
         }
+        if self.links.asked.waits_for_tick() {
+            self.take_asked();
+        }
         let encoder = self.observe(inputs);
         self.advance_command();
         let (shaped, retired) = self.shaping.step(self.command);
         self.give_back(retired.map(MotionMemory::History));
         let before = self.setpoint;
         self.setpoint = self.guarded(shaped);
-        let analog = self.setup.analog.code(self.setpoint, before);
-        let train = match &mut self.pulses {
-            Some(pulses) => pulses.step(self.setpoint, inputs.pulses_busy),
-            None => StepTrain::default(),
+        let drive_enabled = !self.latch.drive_disabled();
+        let target = Target { setpoint: self.setpoint, previous: before, encoder, drive_enabled };
+        let analog = self.setup.analog.code(target, &mut self.owed);
+        let (train, steps_up) = match &mut self.pulses {
+            Some(pulses) => {
+                let train = pulses.step(self.setpoint, inputs.pulses_busy);
+                (train, Some(train.up))
+            }
+            None => (StepTrain::default(), None),
         };
         self.note_clamping(analog.clamped || train.behind);
         let (flags, activity) = self.publish(encoder);
@@ -241,7 +271,8 @@ impl<'m> Controller<'m> {
             analog: analog.code,
             steps: train.steps,
             step_period: train.period,
-            drive_enabled: !self.latch.drive_disabled(),
+            steps_up,
+            drive_enabled,
             sample_queued,
         }
     }
@@ -252,6 +283,19 @@ impl<'m> Controller<'m> {
     fn take_request(&mut self) {
         if let Some(request) = self.links.requests.dequeue() {
             self.accept(request);
+        }
+    }
+
+    /// What single bytes ask for, whatever the console is about.
+    #[cold]
+    #[inline(never)]
+    fn take_asked(&mut self) {
+        let asked = self.links.asked.take_for_tick();
+        if asked.stop {
+            self.accept(Request::Stop);
+        }
+        if asked.emergency {
+            self.accept(Request::Emergency);
         }
     }
 
@@ -314,7 +358,11 @@ impl<'m> Controller<'m> {
             setup.guard = setup.guard.as_lenient_as(self.setup.guard);
         }
         if setup.pulses != self.setup.pulses {
-            self.pulses = setup.pulses.map(|scale| Pulses::new(scale, self.setpoint));
+            let setpoint = self.setpoint;
+            self.pulses = setup.pulses.map(|scale| match &self.pulses {
+                Some(pulses) => pulses.rescaled(scale, setpoint),
+                None => Pulses::new(scale, setpoint),
+            });
         }
         if setup.encoder != self.setup.encoder {
             let (counter, at) = (self.encoder_counter, self.setpoint);

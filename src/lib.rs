@@ -25,6 +25,7 @@ pub mod elementary;
 pub mod fault;
 pub mod machine;
 pub mod motion;
+pub mod real_time;
 pub mod restart;
 pub mod servo;
 pub mod settings;

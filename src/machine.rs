@@ -6,6 +6,7 @@ use crate::console::{self, Console, Identity};
 use crate::control::{Controller, Links, Request};
 use crate::fault::{EventLog, EventRecord, MAX_EVENTS};
 use crate::motion::{MotionMemory, PieceMemory};
+use crate::real_time::Asked;
 use crate::settings::Settings;
 use crate::shaper::{Cascade, ShaperTable};
 use crate::telemetry::{Sample, Status};
@@ -19,6 +20,9 @@ pub type History = [i32; HISTORY_SAMPLES];
 
 /// The clock of the board's tick timer, in hertz. A tick takes a whole number of its periods.
 pub const TIMER_CLOCK_HZ: u32 = 84_000_000;
+
+/// The core runs at twice that clock.
+pub const CORE_CYCLES_PER_TIMER_CLOCK: u32 = 2;
 
 /// Samples that wait for the serial port: 64 ms at 4 kHz when every tick is streamed.
 const SAMPLE_QUEUE: usize = 256;
@@ -37,6 +41,7 @@ pub struct Machine<'m> {
     samples: Queue<Sample, SAMPLE_QUEUE>,
     events: Queue<EventRecord, EVENT_QUEUE>,
     status: Status,
+    asked: Asked,
 }
 
 /// The three parties that share a machine.
@@ -47,6 +52,8 @@ pub struct Parts<'m> {
     pub console: Console<'m>,
     /// Belongs to whoever writes the serial port.
     pub samples: Consumer<'m, Sample>,
+    /// For whoever receives bytes.
+    pub asked: &'m Asked,
 }
 
 impl<'m> Machine<'m> {
@@ -59,6 +66,7 @@ impl<'m> Machine<'m> {
             samples: Queue::new(),
             events: Queue::new(),
             status: Status::new(),
+            asked: Asked::new(),
         }
     }
 
@@ -70,13 +78,14 @@ impl<'m> Machine<'m> {
         let (retired_sender, retired_receiver) = self.retired.split();
         let (sample_sender, samples) = self.samples.split();
         let (event_sender, events) = self.events.split();
-        let status = &self.status;
+        let (status, asked) = (&self.status, &self.asked);
         let links = Links {
             requests: request_receiver,
             retired: retired_sender,
             samples: sample_sender,
             events: event_sender,
             status,
+            asked,
         };
         let identity_table = ShaperTable::identity(settings.tick_rate());
         let cascade = Cascade::identity(live);
@@ -86,11 +95,12 @@ impl<'m> Machine<'m> {
             retired: retired_receiver,
             events: EventLog::new(events),
             status,
+            asked,
         };
         let [arriving, plan] = &mut self.plans;
         let memory = console::Memory { spare_history: spare, plans: [arriving, plan] };
         let console = Console::new(identity, settings, identity_table, memory, links);
-        Parts { controller, console, samples }
+        Parts { controller, console, samples, asked }
     }
 }
 

@@ -7,19 +7,19 @@
 
 #[cfg(target_os = "none")]
 mod image {
+    #[cfg(feature = "defmt")]
+    use defmt_rtt as _;
     use embassy_executor::SpawnToken;
     use embassy_futures::block_on;
-    use embassy_futures::select::{Either, select};
     use embassy_futures::yield_now;
-    use embassy_stm32::usart::BufferedUart;
-    use embedded_io_async::Read;
     use heapless::String;
     use heapless::spsc::Consumer;
     use static_cell::ConstStaticCell;
     use stillbeam_firmware::board::flash::SettingsSectors;
+    use stillbeam_firmware::board::serial::LineErrors;
     use stillbeam_firmware::board::{
-        self, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor, outputs,
-        restart, serial, tick_timer, watchdog,
+        self, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
+        flash_accelerator, image, outputs, restart, serial, step_pulses, supply, tick_timer, watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
     use stillbeam_firmware::fault::Event;
@@ -29,14 +29,16 @@ mod image {
     use stillbeam_firmware::telemetry::Sample;
     use stillbeam_firmware::telemetry::sender::Sender;
     use stillbeam_firmware::watchdog::Patience;
-    #[cfg(feature = "defmt")]
-    use {defmt_rtt as _, panic_probe as _};
 
     static MACHINE: ConstStaticCell<Machine<'static>> = ConstStaticCell::new(Machine::new());
     static HISTORY: ConstStaticCell<History> = ConstStaticCell::new([0; HISTORY_SAMPLES]);
 
-    const IDENTITY: Identity =
-        Identity { version: env!("CARGO_PKG_VERSION"), board: "stm32f405rg", timer_clock_hz: TIMER_CLOCK_HZ };
+    const IDENTITY: Identity = Identity {
+        version: env!("CARGO_PKG_VERSION"),
+        board: "stm32f405rg",
+        build: 0,
+        timer_clock_hz: TIMER_CLOCK_HZ,
+    };
 
     #[cortex_m_rt::entry]
     fn main() -> ! {
@@ -50,113 +52,132 @@ mod image {
     /// lies there for a moment, the machine's parts and the task before it is in its place, takes more than 10 KiB.
     #[inline(never)]
     fn start_up() -> Option<SpawnToken<impl Sized>> {
-        let restart = restart::read();
-        let peripherals = embassy_stm32::init(clocks::config());
+        restart::enter_bootloader_if_asked();
+        let mut restart = restart::read();
+        let clock = clocks::start_crystal();
+        let peripherals = embassy_stm32::init(clocks::config(clock));
+        flash_accelerator::enable();
         outputs::configure();
         encoder::configure();
         digital_inputs::configure();
         emergency_stop::configure();
+        step_pulses::prepare();
         tick_timer::configure();
+        clocks::watch_crystal(clock);
+        supply::watch();
         // Given away once, here.
         let history = core_coupled::take_history()?;
-        let mut parts = MACHINE.take().split(IDENTITY, [HISTORY.take(), history]);
-        let port = serial::open(peripherals.USART1, peripherals.PA10, peripherals.PA9);
+        let mut parts =
+            MACHINE.take().split(IDENTITY.with_build(image::checksum()), [HISTORY.take(), history]);
+        serial::open(parts.asked);
         board::stillbeam_boot_complete();
         // Drive disabled and no tick yet: the time for whatever a power cut left to be done.
         let mut store = SettingsStore::new(SettingsSectors::new(peripherals.FLASH));
         let restored = parts.console.restore(block_on(store.load()));
+        if clock == clocks::Source::Internal && restart.crash.is_none() {
+            restart.crash = Some(crash::no_crystal());
+        }
         if restart.must_hold() {
             parts.controller.hold_after_crash();
         }
         log_start(&restart);
         parts.console.note_restart(restart);
         board::follow(parts.console.settings().drive(), parts.console.tick_rate());
+        // The first tick knows the settings.
+        parts.controller.take_waiting_requests();
         // From here on the tick says whether the drive is enabled.
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
         watchdog::start();
-        // The baud rate is a constant that the divider can make, so the port opens, and the one task there is
-        // finds its place free.
-        serve(port.ok()?, parts.console, restored, store, parts.samples).ok()
+        // The one task there is finds its place free.
+        serve(parts.console, restored, store, parts.samples).ok()
     }
 
     /// Answers the console and sends samples, for ever.
     #[embassy_executor::task]
     async fn serve(
-        port: BufferedUart<'static>,
         mut console: Console<'static>,
         restored: Result<(), CommandError<'static>>,
         mut store: SettingsStore<SettingsSectors>,
         mut samples: Consumer<'static, Sample>,
     ) {
-        let (mut transmit, mut receive) = port.split();
         let mut followed = Followed::by(&console);
         let mut text = String::<MAX_REPLY>::new();
-        let mut received = [0; 32];
+        let mut line_errors = LineErrors::default();
         let mut sender = Sender::new();
         console.greet(restored, &mut text);
         loop {
             let said = text.len();
             console.announce(&mut text);
             log_faults(text.get(said..).unwrap_or_default());
-            serial::send(&mut transmit, text.as_bytes()).await;
+            serial::send(text.as_bytes()).await;
             text.clear();
             tick_timer::console_made_round();
-            let sample_waits = tick_timer::samples_or_heartbeat(|| samples.ready());
-            match select(receive.read(&mut received), sample_waits).await {
-                Either::First(Ok(count)) => {
-                    for byte in received.iter().take(count) {
-                        console.feed(*byte, &mut text);
-                        // Samples and the watchdog do not wait for what takes long.
-                        while console.work(&mut text) {
-                            serial::send(&mut transmit, text.as_bytes()).await;
-                            text.clear();
-                            tick_timer::console_made_round();
-                            while let Some(sample) = samples.dequeue() {
-                                if let Some(outgoing) = sender.send(sample) {
-                                    serial::send(&mut transmit, &outgoing).await;
-                                }
-                            }
-                            yield_now().await;
-                        }
-                        while console.has_waiting_request() {
-                            yield_now().await;
-                        }
-                        match console.take_effect() {
-                            None => {}
-                            Some(Effect::Save) => {
-                                watchdog::set_patience(Patience::SAVING);
-                                let (settings, table) =
-                                    (console.settings_to_store(), console.table_to_store());
-                                // The driver waits in place, so this never yields; run here, its state is on the stack.
-                                let saved = block_on(store.save(settings, table));
-                                console.saved(saved, &mut text);
-                                watchdog::set_patience(Patience::NORMAL);
-                            }
-                            Some(Effect::ForgetCrash) => {
-                                crash::forget();
-                                console.crash_forgotten(&mut text);
-                            }
-                        }
-                        followed.update(&console);
-                        if let Some(left) = sender.follow(console.streaming()) {
-                            serial::send(&mut transmit, &left).await;
-                        }
-                        serial::send(&mut transmit, text.as_bytes()).await;
-                        text.clear();
+            tick_timer::heartbeat_or(|| samples.ready() || serial::has_received()).await;
+            line_errors = note_line_errors(&mut console, line_errors);
+            if let Some(outgoing) = samples.dequeue().and_then(|sample| sender.send(sample)) {
+                serial::send(&outgoing).await;
+            }
+            // One at a time, so that samples and what is said unasked come between lines.
+            let Some(byte) = serial::received() else { continue };
+            console.feed(byte, &mut text);
+            // Samples and the watchdog do not wait for what takes long.
+            while console.work(&mut text) {
+                console.announce(&mut text);
+                serial::send(text.as_bytes()).await;
+                text.clear();
+                tick_timer::console_made_round();
+                while let Some(sample) = samples.dequeue() {
+                    if let Some(outgoing) = sender.send(sample) {
+                        serial::send(&outgoing).await;
                     }
                 }
-                // A framing or overrun error: the line editor sees the gap as a wrong command at worst.
-                Either::First(Err(_)) => {
-                    console.note(Event::Line, 0);
-                    log_line_error();
+                yield_now().await;
+            }
+            while console.has_waiting_request() {
+                yield_now().await;
+            }
+            match console.take_effect() {
+                None => {}
+                Some(Effect::Save) => {
+                    watchdog::set_patience(Patience::SAVING);
+                    let (settings, table) = (console.settings_to_store(), console.table_to_store());
+                    // The driver waits in place, so this never yields; run here, its state is on the stack.
+                    let saved = block_on(store.save(settings, table));
+                    console.saved(saved, &mut text);
+                    watchdog::set_patience(Patience::NORMAL);
                 }
-                Either::Second(()) => {
-                    if let Some(outgoing) = samples.dequeue().and_then(|sample| sender.send(sample)) {
-                        serial::send(&mut transmit, &outgoing).await;
-                    }
+                Some(Effect::ForgetCrash) => {
+                    crash::forget();
+                    console.crash_forgotten(&mut text);
+                }
+                Some(Effect::Reboot(start)) => {
+                    serial::send(text.as_bytes()).await;
+                    serial::sent().await;
+                    restart::reboot(start)
                 }
             }
+            followed.update(&console);
+            if let Some(left) = sender.follow(console.streaming()) {
+                serial::send(&left).await;
+            }
+            serial::send(text.as_bytes()).await;
+            text.clear();
         }
+    }
+
+    /// Counts what went wrong on the line since `before`.
+    fn note_line_errors(console: &mut Console<'_>, before: LineErrors) -> LineErrors {
+        let now = serial::errors();
+        let (overruns, damaged) = (now.overruns - before.overruns, now.damaged - before.damaged);
+        if overruns != 0 {
+            console.note(Event::Overrun, overruns as i32);
+            log_line_error();
+        }
+        if damaged != 0 {
+            console.note(Event::Line, damaged as i32);
+            log_line_error();
+        }
+        now
     }
 
     /// What the hardware was last set up for.

@@ -190,6 +190,15 @@ impl ResetCause {
     }
 }
 
+/// What a reset that was asked for starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// This firmware.
+    Firmware,
+    /// The chip's own bootloader, which takes a new firmware over USB (DFU).
+    Bootloader,
+}
+
 /// What the board found when it started.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Restart {

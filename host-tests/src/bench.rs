@@ -11,7 +11,8 @@ use stillbeam_firmware::telemetry::{Activity, Sample};
 use crate::flash::MockFlash;
 
 /// The identity of the real board, so that tables come out the same.
-pub const IDENTITY: Identity = Identity { version: "bench", board: "bench", timer_clock_hz: TIMER_CLOCK_HZ };
+pub const IDENTITY: Identity =
+    Identity { version: "bench", board: "bench", build: 0, timer_clock_hz: TIMER_CLOCK_HZ };
 
 /// Console, tick and samples of one machine.
 pub struct Bench {
@@ -103,6 +104,7 @@ impl Bench {
                     let saved = block_on(self.store.save(settings, table));
                     self.console.saved(saved, &mut reply);
                 }
+                Some(Effect::Reboot(_)) => {}
                 Some(Effect::ForgetCrash) => self.console.crash_forgotten(&mut reply),
             }
             received += &reply.text;

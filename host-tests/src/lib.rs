@@ -6,4 +6,5 @@ pub mod emulator;
 pub mod flash;
 pub mod identification_records;
 pub mod played_plans;
+pub mod step_timer;
 pub mod still_beam;

@@ -136,11 +136,11 @@ fn late_ticks_clamped_outputs_and_errors_of_the_line_are_counted_and_stop_nothin
     let clamped = listed(&mut bench, "clamp");
     let values: Vec<i32> =
         clamped.iter().filter_map(|event| event.rsplit(' ').next()?.parse().ok()).collect();
-    // Codes 1 to 4095 are -50 to 50 mm, 24.4 um each, and code 0 is there too: the first setpoint that rounds to a code beyond,
-    // and what a tick at 50 mm/s may add to it, 12.5 um.
+    // Codes 249 to 3847 are -50 to 50 mm, 27.8 um each: the first setpoint that rounds to a code beyond, and what a tick at
+    // 50 mm/s may add to it, 12.5 um.
     let [out, back] = values[..] else { panic!("{clamped:?}") };
-    assert!((50_012_200..=50_024_800).contains(&out), "{clamped:?}");
-    assert!((-50_049_200..=-50_036_600).contains(&back), "{clamped:?}");
+    assert!((50_013_800..=50_026_500).contains(&out), "{clamped:?}");
+    assert!((-50_026_500..=-50_013_800).contains(&back), "{clamped:?}");
     assert_eq!(line(&mut bench, "fault"), "none");
 }
 

@@ -1,7 +1,7 @@
 //! What happens when nothing more can be done: the outputs are made safe, a record is written, and the core stops. The
 //! watchdog resets it; the firmware then starts with the drive disabled and shows the record.
 //!
-//! With the `defmt` feature panic-probe prints the message over RTT and comes here through an undefined instruction.
+//! With the `defmt` feature the message is printed over RTT, once the outputs are safe.
 
 use core::fmt::Write as _;
 
@@ -26,9 +26,36 @@ pub fn read() -> Option<CrashRecord> {
     CrashRecord::decode(&bytes)
 }
 
+/// What is shown where the crystal did not start, which is no reason to write: the next start asks again.
+pub fn no_crystal() -> CrashRecord {
+    let mut message = MessageWriter::default();
+    let _fits = message.write_str("the crystal does not start; the internal oscillator is 1 % off");
+    CrashRecord { kind: CrashKind::Panic, tick: 0, registers: FaultRegisters::default(), message: message.0 }
+}
+
 /// Forgets the record.
 pub fn forget() {
     write(&[0; CRASH_BYTES]);
+}
+
+/// Leaves a word where a record would be, for the next start.
+pub(super) fn leave_mark(mark: u32) {
+    let mut bytes = [0; CRASH_BYTES];
+    if let Some(first) = bytes.first_chunk_mut() {
+        *first = mark.to_le_bytes();
+    }
+    write(&bytes);
+}
+
+/// Whether the last run left this word. It is forgotten.
+pub(super) fn take_mark(mark: u32) -> bool {
+    // SAFETY: as in `read`.
+    let bytes = unsafe { (&raw const _crash_record).read_volatile() };
+    let found = bytes.first_chunk() == Some(&mark.to_le_bytes());
+    if found {
+        forget();
+    }
+    found
 }
 
 fn write(bytes: &[u8; CRASH_BYTES]) {
@@ -45,6 +72,22 @@ fn stop(kind: CrashKind, registers: FaultRegisters, message: MessageWriter) -> !
     }
 }
 
+/// Gives up for a reason that is none of the program's.
+pub(super) fn give_up(reason: &str) -> ! {
+    make_safe();
+    let mut message = MessageWriter::default();
+    // The writer takes what fits and never fails.
+    let _fits = message.write_str(reason);
+    stop(CrashKind::Panic, FaultRegisters::default(), message)
+}
+
+// SAFETY: as the fault's handler: it does not return. The clock security system raises it when the crystal stops; the core
+// then runs from its internal oscillator.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    give_up("the crystal stopped")
+}
+
 fn make_safe() {
     outputs::make_safe();
     cortex_m::interrupt::disable();
@@ -52,10 +95,11 @@ fn make_safe() {
     outputs::make_safe();
 }
 
-#[cfg(not(feature = "defmt"))]
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     make_safe();
+    #[cfg(feature = "defmt")]
+    defmt::error!("{}", defmt::Display2Format(info));
     let mut message = MessageWriter::default();
     // The place alone: with the words of every panic, and what formats them, the image would be 35 KB larger.
     if let Some(place) = info.location() {

@@ -26,13 +26,17 @@ pub fn configure() {
     pac::RCC.apb2enr().modify(|clocks| clocks.set_syscfgen(true));
     pac::GPIOB.pupdr().modify(|pulls| pulls.set_pupdr(PIN, Pupdr::PULL_UP));
     pac::SYSCFG.exticr(PIN / 4).modify(|lines| lines.set_exti(PIN % 4, PORT_B));
-    interrupt::Interrupt::EXTI1.set_priority(Priority::P0);
+    interrupt::Interrupt::EXTI1.set_priority(Priority::P1);
     // SAFETY: the handler is below and needs nothing but what is set up here.
     unsafe { interrupt::Interrupt::EXTI1.enable() };
 }
 
 /// Says at which level the input is active.
 pub fn set_input(input: EmergencyInput) {
+    // An edge that the tick has not seen yet stays.
+    if INPUT.load(Ordering::Relaxed) == input as u8 {
+        return;
+    }
     pac::EXTI.rtsr(0).modify(|rising| rising.set_line(PIN, input == EmergencyInput::High));
     pac::EXTI.ftsr(0).modify(|falling| falling.set_line(PIN, input == EmergencyInput::Low));
     // What was pending under the old setting is forgotten.

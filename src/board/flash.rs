@@ -7,12 +7,14 @@
 //! hard-wired to work. That is why the console saves only at rest, and why a sector is erased only when it is full, after
 //! some 400 changed settings.
 //!
-//! The start-up code leaves the flash caches off, so what is read is what is there.
+//! Both happen with the flash caches off and emptied, so what is read is what is there.
 
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, Flash};
 use embassy_stm32::peripherals::FLASH;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+
+use super::flash_accelerator;
 
 /// Bytes per sector, given by the chip for sectors 5 to 11.
 const SECTOR: usize = 128 * 1024;
@@ -40,12 +42,13 @@ impl SettingsSectors {
     #[inline(never)]
     fn erase_now(&mut self, from: u32, to: u32) -> Result<(), Error> {
         let (from, to) = inside(from, to)?;
-        self.flash.blocking_erase(from, to)
+        flash_accelerator::without(|| self.flash.blocking_erase(from, to))
     }
 
     #[inline(never)]
     fn write_now(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.flash.blocking_write(inside_slice(offset, bytes)?, bytes)
+        let at = inside_slice(offset, bytes)?;
+        flash_accelerator::without(|| self.flash.blocking_write(at, bytes))
     }
 }
 

@@ -5,21 +5,22 @@
 //! | console and telemetry | USART1, PA9 (TX), PA10 (RX), 921 600 baud 8N1 |
 //! | analog command | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
-//! | emergency input | PB1, EXTI1 interrupt, priority 0 |
+//! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |
-//! | tick | TIM2 update interrupt, priority 0: nothing masks it but short critical sections |
+//! | tick | TIM2 update interrupt, priority 1: nothing comes before it but a byte and short critical sections |
 //! | ticks counted in hardware | TIM9, by TIM2's updates |
 //! | watchdog | IWDG |
-//! | serial buffers | USART1 interrupt, priority 6 |
+//! | serial buffers | USART1 interrupt, priority 0: a byte waits for nobody |
 //! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
 //! | "samples wait", watchdog | doorbell interrupt (line of CAN2_SCE), priority 13 |
 //! | settings | the last two flash sectors, 10 and 11 |
-//! | external clock | 8 MHz crystal, PLL to 168 MHz |
+//! | external clock | 8 MHz crystal, PLL to 168 MHz; its failure and a falling supply end in the crash handler |
 
 #![expect(unsafe_code, reason = "the only module that may; every use carries its SAFETY argument")]
 
-use crate::servo::pulses::TrainTiming;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
 use crate::settings::DriveSettings;
 use crate::units::TickRate;
 
@@ -31,18 +32,41 @@ pub mod emergency_stop;
 pub mod encoder;
 pub mod executor;
 pub mod flash;
+pub mod flash_accelerator;
+pub mod image;
 pub mod outputs;
 pub mod restart;
 pub mod serial;
 pub mod step_pulses;
+pub mod supply;
 pub mod tick_timer;
 pub mod watchdog;
 
 /// Sets up what depends on the settings and is not the tick's.
 pub fn follow(settings: &DriveSettings, tick_rate: TickRate) {
     outputs::set_standstill(settings.analog(tick_rate).standstill());
-    step_pulses::configure(settings.pulse_kind(), TrainTiming::new(tick_rate).prescaler);
+    step_pulses::configure(settings.pulse_configuration(tick_rate));
     emergency_stop::set_input(settings.emergency_input());
+}
+
+/// A reference that is handed to an interrupt once.
+struct Shared<T: 'static>(AtomicPtr<T>);
+
+impl<T> Shared<T> {
+    const fn new() -> Self {
+        Self(AtomicPtr::new(core::ptr::null_mut()))
+    }
+
+    fn set(&self, shared: &'static T) {
+        self.0.store(core::ptr::from_ref(shared).cast_mut(), Ordering::Relaxed);
+    }
+
+    /// `None` before it was handed over.
+    #[inline]
+    fn get(&self) -> Option<&'static T> {
+        // SAFETY: null, or a reference that `set` was given for good.
+        unsafe { self.0.load(Ordering::Relaxed).cast_const().as_ref() }
+    }
 }
 
 /// Called once, when clocks and peripherals are configured and before the first tick. It does nothing: it is

@@ -26,6 +26,18 @@ pub fn configure() {
     pac::DAC1.cr().modify(|control| control.set_en(0, true));
 }
 
+/// DAC trigger 4 is TIM2's update (RM0090, external triggers).
+const TICK_TRIGGER: u8 = 4;
+
+/// From now on a code that is written goes out with the next tick's beginning, whenever in the tick it was written: what the
+/// tick has to compute does not move it. Call once, when the tick's timer runs.
+pub fn latch_by_tick() {
+    pac::DAC1.cr().modify(|control| {
+        control.set_tsel(0, TICK_TRIGGER);
+        control.set_ten(0, true);
+    });
+}
+
 /// Writes the analog setpoint. One store.
 #[inline]
 pub fn set_analog(code: DacCode) {

@@ -1,81 +1,222 @@
-//! The serial port: USART1 with interrupt-driven buffers.
+//! The serial port: USART1, its interrupt above the tick, and two rings.
+//!
+//! A byte takes 10.8 µs and the port keeps one, so an interrupt that waits for the tick loses bytes whenever a tick is longer
+//! than that. This one waits for nothing but the masked sections of the others (some fifty instructions), takes some fifty
+//! itself, and is no more than the move of a byte between the port and a ring. DMA would take none, but the emulator has no
+//! model of it, and then nothing of this could be tested on the image.
+//!
+//! Bytes that are lost all the same, because the flash stalls the core or nobody empties the ring, are counted, and a
+//! [`SUBSTITUTE`] takes their place, so that the line they were missing from is refused.
 
-use core::future::{Future as _, poll_fn};
-use core::pin::pin;
+use core::future::poll_fn;
+use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+use core::task::Poll;
 
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::usart::{self, BufferedUart, BufferedUartTx, Config, ConfigError};
-use embassy_stm32::{Peri, bind_interrupts, interrupt, pac, peripherals};
-use embassy_sync::waitqueue::AtomicWaker;
-use embedded_io_async::Write as _;
-use static_cell::ConstStaticCell;
+use embassy_stm32::pac::gpio::vals::{Moder, Ot, Pupdr};
+use embassy_stm32::pac::usart::regs::{Brr, Sr};
+use embassy_stm32::{interrupt, pac};
 
-// In this order.
-bind_interrupts!(struct Interrupts {
-    USART1 => usart::BufferedInterruptHandler<peripherals::USART1>, KeepReceivedBytes;
-});
+use super::tick_timer;
+use crate::real_time::{Asked, RealTimeByte, SUBSTITUTE};
 
-/// Keeps the driver's handler away from a race that loses received bytes.
-///
-/// After the last byte of a transmission the driver asks for a "transmission complete" interrupt, and clears that flag
-/// by reading the status register and writing it back. "Byte received" is in the same register and is cleared by
-/// writing 0 too, so a byte that arrives between the two is lost: a letter in about 300 commands on the emulator,
-/// where a host answers at once. Only the driver's `flush` needs that interrupt, and nothing here flushes; so it is
-/// switched off again before it can come.
-struct KeepReceivedBytes;
+/// PA9 and PA10.
+const TRANSMIT_PIN: usize = 9;
+const RECEIVE_PIN: usize = 10;
+/// The alternate function of both that belongs to USART1.
+const USART1_FUNCTION: u8 = 7;
 
-impl interrupt::typelevel::Handler<interrupt::typelevel::USART1> for KeepReceivedBytes {
-    // SAFETY: called from the interrupt only. Nothing else changes CR1 once the port is open.
-    unsafe fn on_interrupt() {
-        pac::USART1.cr1().modify(|control| control.set_tcie(false));
-        // The driver stops asking for the next byte when it has none.
-        if !pac::USART1.cr1().read().txeie() {
-            ALL_SENT.wake();
+/// Fast enough for 1 kHz of telemetry as text, and a rate that every USB adapter has.
+const BAUD: u32 = 921_600;
+/// APB2, which feeds the port.
+const PORT_CLOCK_HZ: u32 = 84_000_000;
+
+/// Places of either ring, a power of two. Lines wait here while earlier ones wait for their ticks: 22 ms at the full rate of
+/// the line.
+const PLACES: u32 = 2048;
+/// The task is woken when so many are left to send.
+const NEARLY_SENT: u32 = 512;
+
+/// Bytes from one party to one other, without a lock.
+struct Ring {
+    bytes: [AtomicU8; PLACES as usize],
+    /// Bytes put in so far; only who puts in writes it.
+    put: AtomicU32,
+    /// Bytes taken out so far; only who takes out writes it.
+    taken: AtomicU32,
+}
+
+impl Ring {
+    const fn new() -> Self {
+        Self {
+            bytes: [const { AtomicU8::new(0) }; PLACES as usize],
+            put: AtomicU32::new(0),
+            taken: AtomicU32::new(0),
+        }
+    }
+
+    #[inline]
+    fn len(&self) -> u32 {
+        self.put.load(Ordering::Acquire).wrapping_sub(self.taken.load(Ordering::Acquire))
+    }
+
+    /// Whether there was room.
+    #[inline]
+    fn put(&self, byte: u8) -> bool {
+        let put = self.put.load(Ordering::Relaxed);
+        if put.wrapping_sub(self.taken.load(Ordering::Acquire)) >= PLACES {
+            return false;
+        }
+        // The index is within the ring by the mask.
+        if let Some(place) = self.bytes.get((put % PLACES) as usize) {
+            place.store(byte, Ordering::Relaxed);
+        }
+        self.put.store(put.wrapping_add(1), Ordering::Release);
+        true
+    }
+
+    #[inline]
+    fn take(&self) -> Option<u8> {
+        let taken = self.taken.load(Ordering::Relaxed);
+        if self.put.load(Ordering::Acquire) == taken {
+            return None;
+        }
+        let byte = self.bytes.get((taken % PLACES) as usize)?.load(Ordering::Relaxed);
+        self.taken.store(taken.wrapping_add(1), Ordering::Release);
+        Some(byte)
+    }
+}
+
+static RECEIVED: Ring = Ring::new();
+static TO_SEND: Ring = Ring::new();
+/// Bytes were lost and no substitute stands for them yet.
+static GAP: AtomicBool = AtomicBool::new(false);
+/// Overruns and bytes that found the ring full, so far.
+static OVERRUNS: AtomicU32 = AtomicU32::new(0);
+/// Bytes with a framing error or noise, so far.
+static DAMAGED: AtomicU32 = AtomicU32::new(0);
+/// What single bytes ask for.
+static ASKED: super::Shared<Asked> = super::Shared::new();
+
+/// Opens the port. Call once, after the clocks are set up.
+pub fn open(asked: &'static Asked) {
+    ASKED.set(asked);
+    pac::RCC.ahb1enr().modify(|clocks| clocks.set_gpioaen(true));
+    pac::RCC.apb2enr().modify(|clocks| clocks.set_usart1en(true));
+    let port = pac::GPIOA;
+    for pin in [TRANSMIT_PIN, RECEIVE_PIN] {
+        port.afr(pin / 8).modify(|functions| functions.set_afr(pin % 8, USART1_FUNCTION));
+        port.otyper().modify(|types| types.set_ot(pin, Ot::PUSH_PULL));
+        port.pupdr().modify(|pulls| pulls.set_pupdr(pin, Pupdr::PULL_UP));
+        port.moder().modify(|modes| modes.set_moder(pin, Moder::ALTERNATE));
+    }
+    let usart = pac::USART1;
+    // Sixteenths of the clock per bit: the divider, rounded.
+    usart.brr().write_value(Brr((PORT_CLOCK_HZ + BAUD / 2) / BAUD));
+    usart.cr1().write(|control| {
+        control.set_ue(true);
+        control.set_te(true);
+        control.set_re(true);
+        control.set_rxneie(true);
+    });
+    interrupt::Interrupt::USART1.set_priority(Priority::P0);
+    // SAFETY: the handler is below and needs nothing but what is set up above.
+    unsafe { interrupt::Interrupt::USART1.enable() };
+}
+
+/// The next byte that has come.
+pub fn received() -> Option<u8> {
+    RECEIVED.take()
+}
+
+/// Whether bytes wait.
+pub fn has_received() -> bool {
+    RECEIVED.len() != 0
+}
+
+/// Bytes lost and bytes damaged since the start.
+pub fn errors() -> LineErrors {
+    LineErrors { overruns: OVERRUNS.load(Ordering::Relaxed), damaged: DAMAGED.load(Ordering::Relaxed) }
+}
+
+/// What went wrong on the line since the start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LineErrors {
+    /// Times that one or more bytes were lost.
+    pub overruns: u32,
+    /// Bytes with a framing error or noise.
+    pub damaged: u32,
+}
+
+/// Sends bytes, however many, waiting for room as often as it takes.
+pub async fn send(bytes: &[u8]) {
+    for byte in bytes {
+        while !TO_SEND.put(*byte) {
+            start_sending();
+            poll_fn(|context| {
+                tick_timer::wake_when_rung(context);
+                if TO_SEND.len() < PLACES { Poll::Ready(()) } else { Poll::Pending }
+            })
+            .await;
+        }
+    }
+    start_sending();
+}
+
+/// Waits until everything is on its way, the last bit included.
+pub async fn sent() {
+    poll_fn(|context| {
+        tick_timer::wake_when_rung(context);
+        if TO_SEND.len() == 0 { Poll::Ready(()) } else { Poll::Pending }
+    })
+    .await;
+    while !pac::USART1.sr().read().tc() {}
+}
+
+/// Asks for the interrupt that sends. It may come between the read and the write of this and switch itself off, having sent
+/// all: then it comes once more for nothing. It is never left off with bytes to send.
+fn start_sending() {
+    if TO_SEND.len() != 0 {
+        pac::USART1.cr1().modify(|control| control.set_txeie(true));
+    }
+}
+
+#[interrupt]
+fn USART1() {
+    let status = pac::USART1.sr().read();
+    if status.rxne() || status.ore() {
+        // Reading the data after the status clears all of its errors.
+        take(status, pac::USART1.dr().read().dr() as u8);
+    }
+    if status.txe() && pac::USART1.cr1().read().txeie() {
+        match TO_SEND.take() {
+            Some(byte) => pac::USART1.dr().write(|data| data.set_dr(u16::from(byte))),
+            None => pac::USART1.cr1().modify(|control| control.set_txeie(false)),
+        }
+        let left = TO_SEND.len();
+        if left == NEARLY_SENT || left == 0 {
+            tick_timer::ring();
         }
     }
 }
 
-static ALL_SENT: AtomicWaker = AtomicWaker::new();
-
-/// Sends bytes, however many, waiting for room as often as it takes.
-///
-/// The driver refuses a write that is longer than its buffer, and does not wake a writer that has to wait for room; this
-/// one is woken when all has been sent.
-pub async fn send(port: &mut BufferedUartTx<'static>, bytes: &[u8]) {
-    for chunk in bytes.chunks(CHUNK) {
-        let mut write = pin!(port.write_all(chunk));
-        poll_fn(|context| {
-            ALL_SENT.register(context.waker());
-            // Only a chunk beyond the buffer's length fails.
-            write.as_mut().poll(context).map(|_sent| ())
-        })
-        .await;
+#[inline]
+fn take(status: Sr, byte: u8) {
+    let damaged = status.fe() || status.ne();
+    if damaged {
+        DAMAGED.store(DAMAGED.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    } else if let Some(asked) = ASKED.get()
+        && let Some(RealTimeByte::Status | RealTimeByte::Alive) = asked.receive(byte)
+    {
+        tick_timer::ring();
+        return;
     }
-}
-
-/// Bytes that are handed to the driver at once: a part of its buffer, so that it is filled again before it is empty.
-const CHUNK: usize = 256;
-
-/// Fast enough for 1 kHz of telemetry as text, and a rate that every USB adapter has.
-const BAUD: u32 = 921_600;
-
-static TRANSMIT: ConstStaticCell<[u8; 1024]> = ConstStaticCell::new([0; 1024]);
-/// Lines wait here while earlier ones wait for their ticks: 11 ms at the full rate of the line.
-static RECEIVE: ConstStaticCell<[u8; 1024]> = ConstStaticCell::new([0; 1024]);
-
-/// Opens the port. Call once.
-///
-/// # Errors
-/// Passes on what the driver says of the baud rate, which is constant and valid.
-pub fn open(
-    usart: Peri<'static, peripherals::USART1>,
-    receive: Peri<'static, peripherals::PA10>,
-    transmit: Peri<'static, peripherals::PA9>,
-) -> Result<BufferedUart<'static>, ConfigError> {
-    interrupt::Interrupt::USART1.set_priority(Priority::P6);
-    let mut config = Config::default();
-    config.baudrate = BAUD;
-    // Deliver each byte as it comes: people type, and emulators have no idle interrupt.
-    config.eager_reads = Some(1);
-    BufferedUart::new(usart, receive, transmit, TRANSMIT.take(), RECEIVE.take(), Interrupts, config)
+    let whole = !GAP.load(Ordering::Relaxed) || RECEIVED.put(SUBSTITUTE);
+    let kept = whole && RECEIVED.put(if damaged { SUBSTITUTE } else { byte });
+    // An overrun lost the bytes behind this one.
+    GAP.store(!kept || status.ore(), Ordering::Relaxed);
+    if !kept || status.ore() {
+        OVERRUNS.store(OVERRUNS.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
+    }
+    tick_timer::ring();
 }

@@ -1,4 +1,4 @@
-//! The tick: TIM2's update interrupt at the top priority, and the door through which it wakes the rest.
+//! The tick: TIM2's update interrupt, before everything but a serial byte, and the door through which it wakes the rest.
 //!
 //! The tick itself never takes a lock. Waking an async task does, so the tick only marks a second, low-priority
 //! interrupt as pending, and that one wakes the task. It also asks, twenty times a second, whether tick and console both
@@ -9,8 +9,8 @@
 //! the emulator and stands still there, which counts as "not known".
 
 use core::cell::UnsafeCell;
-use core::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, Ordering};
-use core::task::Poll;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::task::{Context, Poll};
 
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -48,13 +48,13 @@ unsafe impl Sync for SupervisorCell {}
 
 static STATE: TickCell = TickCell(UnsafeCell::new(None));
 static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::new()));
-static SAMPLES_WAITING: AtomicWaker = AtomicWaker::new();
+static TASK: AtomicWaker = AtomicWaker::new();
 /// A heartbeat is due: the console is to make a round.
 static HEARTBEAT: AtomicBool = AtomicBool::new(false);
 /// A heartbeat is due: the doorbell is to look whether the watchdog may be fed.
 static LOOK_DUE: AtomicBool = AtomicBool::new(false);
 /// What the tick publishes; null before [`start`].
-static STATUS: AtomicPtr<Status> = AtomicPtr::new(core::ptr::null_mut());
+static STATUS: super::Shared<Status> = super::Shared::new();
 /// Rounds of the console's task so far.
 static CONSOLE_ROUNDS: AtomicU32 = AtomicU32::new(0);
 /// Ticks from one heartbeat to the next.
@@ -66,12 +66,12 @@ const DOORBELL: interrupt::Interrupt = interrupt::Interrupt::CAN2_SCE;
 /// Gives the controller to the interrupt and starts ticking every `clocks_per_tick` timer clocks. Call once.
 pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     set_clocks_per_tick(clocks_per_tick);
-    STATUS.store(core::ptr::from_ref(controller.status()).cast_mut(), Ordering::Relaxed);
+    STATUS.set(controller.status());
     let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
     // SAFETY: see `TickCell`: the interrupt is still masked.
     unsafe { *STATE.0.get() = Some(state) };
     DOORBELL.set_priority(Priority::P13);
-    interrupt::Interrupt::TIM2.set_priority(Priority::P0);
+    interrupt::Interrupt::TIM2.set_priority(Priority::P1);
     // SAFETY: both handlers are defined below and what they use has been set up above.
     unsafe {
         DOORBELL.enable();
@@ -84,6 +84,7 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     pac::TIM2.cr1().modify(|control| control.set_cen(true));
     // Loads the reload register now; emulators arm their timer on this write.
     pac::TIM2.egr().write(|event| event.set_ug(true));
+    outputs::latch_by_tick();
 }
 
 /// Turns the clocks of both timers on and lets TIM9 count TIM2's updates. Call once, with the other clocks.
@@ -108,10 +109,21 @@ pub fn set_clocks_per_tick(clocks_per_tick: u32) {
     pac::TIM2.arr().write_value(clocks_per_tick - 1);
 }
 
-/// Waits until the tick has queued samples or a heartbeat is due. May return early; `ready` decides about the samples.
-pub async fn samples_or_heartbeat(ready: impl Fn() -> bool) {
+/// Wakes the console's task as soon as its priority allows. One store, so it is safe in any context.
+#[inline]
+pub fn ring() {
+    cortex_m::peripheral::NVIC::pend(DOORBELL);
+}
+
+/// Lets [`ring`] wake the task of `context`: there is one.
+pub fn wake_when_rung(context: &Context<'_>) {
+    TASK.register(context.waker());
+}
+
+/// Waits until a heartbeat is due, or there is something to do by `ready`.
+pub async fn heartbeat_or(ready: impl Fn() -> bool) {
     core::future::poll_fn(|context| {
-        SAMPLES_WAITING.register(context.waker());
+        wake_when_rung(context);
         if HEARTBEAT.load(Ordering::Relaxed) || ready() { Poll::Ready(()) } else { Poll::Pending }
     })
     .await;
@@ -125,9 +137,7 @@ pub fn console_made_round() {
 
 /// The number of the last tick.
 pub fn ticks() -> u32 {
-    let status = STATUS.load(Ordering::Relaxed).cast_const();
-    // SAFETY: null, or what `start` was given for good.
-    unsafe { status.as_ref() }.map_or(0, Status::tick)
+    STATUS.get().map_or(0, Status::tick)
 }
 
 impl TickState {
@@ -140,14 +150,16 @@ impl TickState {
             contacts: digital_inputs::levels(),
             // One update is this tick's; none means that nobody counts.
             missed_ticks: counted.wrapping_sub(self.counted).saturating_sub(1),
-            pulses_busy: step_pulses::is_busy(),
+            pulses_busy: self.controller.pulse_configuration().is_some_and(step_pulses::is_busy),
             late: self.late,
         };
         self.counted = counted;
         let output = self.controller.tick(inputs);
         outputs::set_drive_enabled(output.drive_enabled);
         outputs::set_analog(output.analog);
-        step_pulses::make(output.steps, output.step_period);
+        if let Some(up) = output.steps_up {
+            step_pulses::make(output.steps, output.step_period, up);
+        }
         self.ticks_to_heartbeat -= 1;
         let heartbeat = self.ticks_to_heartbeat == 0;
         if heartbeat {
@@ -156,9 +168,11 @@ impl TickState {
             LOOK_DUE.store(true, Ordering::Relaxed);
         }
         if heartbeat || output.sample_queued {
-            cortex_m::peripheral::NVIC::pend(DOORBELL);
+            ring();
         }
         self.late = pac::TIM2.sr().read().uif();
+        // Counted from when the tick was due.
+        self.controller.status().note_duration(pac::TIM2.cnt().read());
     }
 }
 
@@ -183,5 +197,5 @@ fn CAN2_SCE() {
             watchdog::feed();
         }
     }
-    SAMPLES_WAITING.wake();
+    TASK.wake();
 }

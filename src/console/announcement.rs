@@ -20,6 +20,12 @@ impl Console<'_> {
     /// Says that a fault holds the machine, or that it now disables the drive too, once each. Whoever feeds bytes calls this
     /// whenever no reply is under way.
     pub fn announce(&mut self, out: &mut dyn Write) {
+        self.watch_host();
+        self.say_asked_status(out);
+        self.announce_fault(out);
+    }
+
+    fn announce_fault(&mut self, out: &mut dyn Write) {
         let fault = self.status.fault();
         let drive_disabled = self.status.flags().contains(Flags::DRIVE_DISABLED);
         let now = Announced { fault, drive_disabled };
@@ -28,18 +34,23 @@ impl Console<'_> {
         if before.fault.is_some() && (before.drive_disabled || !drive_disabled) {
             return;
         }
+        let (name, tick) = (fault.name(), self.status.tick());
+        let drive = if drive_disabled { "disabled" } else { "enabled" };
+        self.say_unasked(out, format_args!("! fault {name} tick={tick} drive={drive}\r\n"));
+    }
+
+    /// Says a line between two replies, and shows again what is being typed.
+    pub(super) fn say_unasked(&self, out: &mut dyn Write, line: core::fmt::Arguments<'_>) {
         let typing = self.editor.echo();
         if typing {
             let _best_effort = out.write_str("\r\n");
         }
-        let (name, tick) = (fault.name(), self.status.tick());
-        let drive = if drive_disabled { "disabled" } else { "enabled" };
         if self.checksum_required {
-            let mut line = ReplyWithChecksum::new(out);
-            let _best_effort = write!(line, "! fault {name} tick={tick} drive={drive}\r\n");
-            line.finish();
+            let mut checked = ReplyWithChecksum::new(out);
+            let _best_effort = checked.write_fmt(line);
+            checked.finish();
         } else {
-            let _best_effort = write!(out, "! fault {name} tick={tick} drive={drive}\r\n");
+            let _best_effort = out.write_fmt(line);
         }
         if typing {
             self.prompt(out);

@@ -93,6 +93,18 @@ pub enum CommandError<'l> {
         /// What the pulses can follow, in mm/s.
         most_mm_s: f64,
     },
+    /// An analog velocity cannot tell the velocity limit.
+    AnalogVelocity {
+        /// The velocity limit in mm/s.
+        limit_mm_s: f64,
+        /// What the output can tell, in mm/s.
+        most_mm_s: f64,
+    },
+    /// A position loop needs another setting.
+    PositionLoop {
+        /// Which.
+        lacks: &'static str,
+    },
     /// A table or a plan was not taken.
     Upload {
         /// Which.
@@ -165,6 +177,9 @@ impl fmt::Display for CommandError<'_> {
             Self::Line(LineFault::NotPrintable(byte)) => {
                 write!(f, "syntax line: byte 0x{byte:02x} is not printable ASCII")
             }
+            Self::Line(LineFault::Lost) => {
+                f.write_str("crc line: bytes of it were lost on the way; send it again")
+            }
             Self::Damaged => f.write_str("crc line: the checksum does not match; send it again"),
             Self::NoChecksum => {
                 f.write_str("crc line: no checksum; send it again, or 'checksum off' to do without")
@@ -210,6 +225,19 @@ impl fmt::Display for CommandError<'_> {
                 Decimal(*most_mm_s),
                 Decimal(*limit_mm_s)
             ),
+            Self::AnalogVelocity { limit_mm_s, most_mm_s } => write!(
+                f,
+                "range analog.full_scale_mm_s: the output tells at most {:.3} mm/s with its gain and offset, \
+                 move.velocity_mm_s is {}",
+                Decimal(*most_mm_s),
+                Decimal(*limit_mm_s)
+            ),
+            Self::PositionLoop { lacks } => {
+                write!(
+                    f,
+                    "range loop.gain_per_s: a position loop needs {lacks}; set it, or loop.gain_per_s 0"
+                )
+            }
             Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
         }

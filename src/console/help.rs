@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 28] = [
+static COMMANDS: [(&str, &str); 33] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -38,6 +38,8 @@ static COMMANDS: [(&str, &str); 28] = [
     ("clear", "goes on after a fault, once its cause is gone"),
     ("events", "what happened since the last time, as 'event TICK NAME VALUE'"),
     ("encoder reference", "says that the machine is where the setpoint is"),
+    ("reboot", "starts the firmware anew; at rest only"),
+    ("dfu", "starts the chip's own bootloader, for a new firmware over USB; at rest only"),
     ("crash clear", "forgets the record of a crash that 'info' shows"),
     (
         "stream on [N] [text|frames]|off",
@@ -46,6 +48,9 @@ static COMMANDS: [(&str, &str); 28] = [
     ("echo on|off", "off for programs: no echo, no prompt"),
     ("checksum on|off", "on: refuses lines that do not end in ' *' and their CRC-32"),
     ("Ctrl-U", "clears the line"),
+    ("Ctrl-C", "at once: stops, as 'stop', and clears the line"),
+    ("Ctrl-X", "at once: the emergency, and clears the line"),
+    ("Ctrl-T", "at once: the status in one line"),
 ];
 
 pub(super) fn help<'l>(

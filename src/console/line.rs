@@ -4,6 +4,8 @@ use core::fmt::Write;
 
 use heapless::String;
 
+use crate::real_time::SUBSTITUTE;
+
 /// The longest line, in characters, its checksum included.
 pub const MAX_LINE: usize = 160;
 
@@ -22,6 +24,8 @@ pub struct LineEditor {
 pub enum LineFault {
     /// More than [`MAX_LINE`] characters.
     TooLong,
+    /// Bytes of it were lost or damaged on their way.
+    Lost,
     /// A byte that is neither printable ASCII nor an editing key.
     NotPrintable(u8),
 }
@@ -36,7 +40,6 @@ enum Escape {
 
 const BACKSPACE: u8 = 0x08;
 const DELETE: u8 = 0x7f;
-const CTRL_C: u8 = 0x03;
 const CTRL_U: u8 = 0x15;
 const ESCAPE: u8 = 0x1b;
 
@@ -60,6 +63,11 @@ impl LineEditor {
     /// best effort: a full `out` loses it.
     pub fn feed(&mut self, byte: u8, out: &mut dyn Write) -> Option<Result<String<MAX_LINE>, LineFault>> {
         let after_cr = core::mem::replace(&mut self.previous_was_cr, byte == b'\r');
+        if byte == SUBSTITUTE {
+            self.escape = Escape::None;
+            self.fault.get_or_insert(LineFault::Lost);
+            return None;
+        }
         match self.escape {
             Escape::Started if byte == b'[' || byte == b'O' => {
                 self.escape = Escape::Sequence;
@@ -90,11 +98,8 @@ impl LineEditor {
                 }
                 None
             }
-            CTRL_U | CTRL_C => {
-                while self.line.pop().is_some() {
-                    self.print(out, "\x08 \x08");
-                }
-                self.fault = None;
+            CTRL_U => {
+                self.erase(out);
                 None
             }
             ESCAPE => {
@@ -110,6 +115,15 @@ impl LineEditor {
                 None
             }
         }
+    }
+
+    /// Forgets what was typed.
+    pub fn erase(&mut self, out: &mut dyn Write) {
+        while self.line.pop().is_some() {
+            self.print(out, "\x08 \x08");
+        }
+        self.fault = None;
+        self.escape = Escape::None;
     }
 
     /// Shows again what is being typed, after something else was said.

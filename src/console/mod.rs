@@ -9,6 +9,7 @@ mod commands;
 pub mod error;
 mod help;
 pub mod line;
+mod link;
 mod long_work;
 pub mod upload;
 
@@ -20,7 +21,8 @@ use heapless::spsc::{Consumer, Producer};
 use crate::control::Request;
 use crate::fault::{Event, EventLog, Fault};
 use crate::motion::{MotionMemory, PieceMemory, PlanOutline};
-use crate::restart::Restart;
+use crate::real_time::Asked;
+use crate::restart::{Restart, Start};
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::{ShaperTable, UploadedTable};
 use crate::telemetry::{Activity, Status, Streaming};
@@ -30,6 +32,7 @@ use announcement::Announced;
 use checksum::{Checked, ReplyWithChecksum};
 pub use error::{Busy, CommandError, Refused};
 use line::{LineEditor, LineFault, MAX_LINE};
+use link::HostWatch;
 use long_work::{LongWork, Step};
 use upload::Upload;
 
@@ -43,8 +46,17 @@ pub struct Identity {
     pub version: &'static str,
     /// Name of the board.
     pub board: &'static str,
+    /// Tells builds apart: the CRC-32 of the image, or zero where there is none.
+    pub build: u32,
     /// The clock that the tick timer divides by a whole number, in hertz.
     pub timer_clock_hz: u32,
+}
+
+impl Identity {
+    /// The same with the build's number.
+    pub fn with_build(self, build: u32) -> Self {
+        Self { build, ..self }
+    }
 }
 
 /// What a command asks of whoever owns the flash, which may take long.
@@ -55,6 +67,8 @@ pub enum Effect {
     Save,
     /// Forget the record of a crash.
     ForgetCrash,
+    /// Start anew.
+    Reboot(Start),
 }
 
 /// The console's ends of the queues.
@@ -67,6 +81,8 @@ pub struct Links<'m> {
     pub events: EventLog<'m>,
     /// The newest values.
     pub status: &'m Status,
+    /// What single bytes ask for.
+    pub asked: &'m Asked,
 }
 
 /// Memory that the console lends to the interrupt.
@@ -115,6 +131,8 @@ pub struct Console<'m> {
     events: EventLog<'m>,
     restart: Restart,
     status: &'m Status,
+    asked: &'m Asked,
+    host: HostWatch,
     announced: Announced,
 }
 
@@ -127,7 +145,7 @@ impl<'m> Console<'m> {
         memory: Memory<'m>,
         links: Links<'m>,
     ) -> Self {
-        let Links { requests, retired, events, status } = links;
+        let Links { requests, retired, events, status, asked } = links;
         let Memory { spare_history, plans: [arriving, plan_memory] } = memory;
         Self {
             identity,
@@ -156,6 +174,8 @@ impl<'m> Console<'m> {
             events,
             restart: Restart::default(),
             status,
+            asked,
+            host: HostWatch::default(),
             announced: Announced::default(),
         }
     }
@@ -268,6 +288,9 @@ impl<'m> Console<'m> {
 
     /// Takes one byte from the serial port. Echo and replies, at most [`MAX_REPLY`] bytes, go to `out`.
     pub fn feed(&mut self, byte: u8, out: &mut dyn Write) {
+        if self.take_real_time(byte, out) {
+            return;
+        }
         // Nobody should, but lines are answered in their order.
         while self.work(out) {}
         let Some(line) = self.editor.feed(byte, out) else { return };

@@ -24,7 +24,7 @@ pub enum Event {
     Cleared,
     /// A sample found its queue full. By the tick.
     SampleLost,
-    /// The serial line: framing, noise or overrun. By the console.
+    /// A byte with a framing error or noise. Value: how many. By the console.
     Line,
     /// A frame or line with a wrong checksum. By the console.
     Crc,
@@ -36,11 +36,15 @@ pub enum Event {
     Watchdog,
     /// The record of a crash was found. By the console.
     Crash,
+    /// Bytes were lost on the serial line. Value: how often. By the console.
+    Overrun,
+    /// The host was silent for too long during a motion. Value: `link.timeout_ms`. By the console.
+    LinkLost,
 }
 
 impl Event {
     /// Every kind, in the order of their counters.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::MissedTick,
         Self::LateTick,
         Self::Limit,
@@ -55,6 +59,8 @@ impl Event {
         Self::Reset,
         Self::Watchdog,
         Self::Crash,
+        Self::Overrun,
+        Self::LinkLost,
     ];
 
     /// The word that `events` and `status` print.
@@ -74,6 +80,8 @@ impl Event {
             Self::Reset => "reset",
             Self::Watchdog => "watchdog",
             Self::Crash => "crash",
+            Self::Overrun => "overrun",
+            Self::LinkLost => "link_lost",
         }
     }
 }

@@ -1,5 +1,6 @@
 //! The analog command input of a drive: position or velocity, with a calibrated gain and offset.
 
+use super::position_loop::{LoopGains, PositionLoop, VelocityQ8};
 use crate::units::{Nanometres, TickRate};
 
 /// A code of the 12-bit digital-to-analog converter: 0 is the lowest output voltage, 4095 the highest.
@@ -9,9 +10,13 @@ pub struct DacCode(pub u16);
 impl DacCode {
     /// The middle of the output range, which stands for zero before any calibration.
     pub const MIDDLE: Self = Self(2048);
-    const HIGHEST: i64 = 4095;
-    /// Codes on either side of the middle.
-    const SPAN: f64 = 2047.0;
+    /// The ends of what the converter's output buffer promises to reach: 0.2 V from either supply (datasheet of the
+    /// STM32F405, DAC characteristics), with the usual reference of 3.3 V.
+    pub const LOWEST: Self = Self(249);
+    /// See [`Self::LOWEST`].
+    pub const HIGHEST: Self = Self(3847);
+    /// Codes from the middle to either end.
+    pub const SPAN: f64 = 1799.0;
     /// Codes per millivolt at the pin, with the usual reference of 3.3 V.
     const PER_MILLIVOLT: f64 = 4096.0 / 3300.0;
 }
@@ -31,7 +36,7 @@ pub enum AnalogQuantity {
 pub struct AnalogCalibration {
     /// What the voltage means.
     pub quantity: AnalogQuantity,
-    /// The position at the end of the output range, in mm; used for [`AnalogQuantity::Position`].
+    /// The position at the end of the output range, ±1.45 V from its middle, in mm; used for [`AnalogQuantity::Position`].
     pub full_scale_mm: f64,
     /// The velocity at the end of the output range, in mm/s; used for [`AnalogQuantity::Velocity`].
     pub full_scale_mm_s: f64,
@@ -54,6 +59,15 @@ impl Default for AnalogCalibration {
     }
 }
 
+impl AnalogCalibration {
+    /// The fastest setpoint that the output can tell, in mm/s; `None` where it tells a position.
+    pub fn max_velocity_mm_s(&self) -> Option<f64> {
+        let zero = libm::fabs(self.offset_mv) * DacCode::PER_MILLIVOLT;
+        let share = (DacCode::SPAN - zero) / (DacCode::SPAN * libm::fabs(self.gain).max(1e-9));
+        (self.quantity == AnalogQuantity::Velocity).then_some(share * self.full_scale_mm_s)
+    }
+}
+
 /// A code, and whether the value was beyond the output's range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AnalogCode {
@@ -63,6 +77,24 @@ pub struct AnalogCode {
     pub clamped: bool,
 }
 
+/// What an output has to show in one tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Target {
+    /// The setpoint.
+    pub setpoint: Nanometres,
+    /// The setpoint of the tick before.
+    pub previous: Nanometres,
+    /// Where the encoder says that the machine was when this tick began, if there is one.
+    pub encoder: Option<Nanometres>,
+    /// Whether the drive listens.
+    pub drive_enabled: bool,
+}
+
+/// What the codes of a velocity still owe, in codes, Q40: a code too coarse in one tick is made up in the next, so that their
+/// sum is the distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Owed(i64);
+
 /// A calibration made ready for one tick rate: a multiplication, a shift and a comparison per tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AnalogOutput {
@@ -71,15 +103,18 @@ pub struct AnalogOutput {
     gain: i64,
     /// The code of zero, and half a code for rounding, Q40.
     zero: i64,
-    /// Nanometres beyond which the output is surely at its end; keeps the product within 2⁶².
+    /// Nanometres beyond which the output is surely at its end; keeps the product within 2⁵⁴.
     limit_nm: i32,
+    position_loop: PositionLoop,
 }
 
 const FRACTION_BITS: u32 = 40;
+/// Half a code, Q40.
+const HALF: i64 = 1 << (FRACTION_BITS - 1);
 
 impl AnalogOutput {
-    /// Makes a calibration ready for a tick rate.
-    pub fn new(calibration: &AnalogCalibration, tick_rate: TickRate) -> Self {
+    /// Makes a calibration ready for a tick rate; the gains are those of a velocity.
+    pub fn new(calibration: &AnalogCalibration, gains: &LoopGains, tick_rate: TickRate) -> Self {
         let full_scale_nm = match calibration.quantity {
             AnalogQuantity::Position => calibration.full_scale_mm * 1.0e6,
             AnalogQuantity::Velocity => calibration.full_scale_mm_s * 1.0e6 * tick_rate.period_s(),
@@ -94,20 +129,44 @@ impl AnalogOutput {
             gain: fixed(calibration.gain * DacCode::SPAN / full_scale_nm),
             zero: fixed(zero + 0.5),
             limit_nm,
+            position_loop: PositionLoop::new(gains, tick_rate),
         }
     }
 
-    /// The code of a setpoint, given the one of the tick before.
+    /// The code of a tick, and what it then owes.
     #[inline]
-    pub fn code(&self, setpoint: Nanometres, previous: Nanometres) -> AnalogCode {
-        let value_nm = match self.quantity {
-            AnalogQuantity::Position => setpoint.0,
-            AnalogQuantity::Velocity => setpoint.0.wrapping_sub(previous.0),
+    pub fn code(&self, target: Target, owed: &mut Owed) -> AnalogCode {
+        match self.quantity {
+            AnalogQuantity::Position => {
+                let value_nm = i64::from(target.setpoint.0.max(-self.limit_nm).min(self.limit_nm));
+                within_range((value_nm * self.gain + self.zero) >> FRACTION_BITS)
+            }
+            AnalogQuantity::Velocity => self.velocity_code(target, owed),
+        }
+    }
+
+    /// Apart from the tick of a position, which then has its registers.
+    #[inline(never)]
+    fn velocity_code(&self, target: Target, owed: &mut Owed) -> AnalogCode {
+        if !target.drive_enabled {
+            *owed = Owed(0);
+            return within_range(self.zero >> FRACTION_BITS);
+        }
+        let moved_nm = i64::from(target.setpoint.0) - i64::from(target.previous.0);
+        let correction = match target.encoder {
+            // The encoder was read before this tick's setpoint went out: it is compared with the one before.
+            Some(position) => self.position_loop.correction(target.previous, position),
+            None => VelocityQ8(0),
         };
-        let value_nm = i64::from(value_nm.max(-self.limit_nm).min(self.limit_nm));
-        let code = (value_nm * self.gain + self.zero) >> FRACTION_BITS;
-        let inside = code.clamp(0, DacCode::HIGHEST);
-        AnalogCode { code: DacCode(inside as u16), clamped: inside != code }
+        let limit = i64::from(self.limit_nm) << VelocityQ8::FRACTION_BITS;
+        let velocity = ((moved_nm << VelocityQ8::FRACTION_BITS) + correction.0).max(-limit).min(limit);
+        // Within 2⁶² by the limit.
+        let wanted = ((velocity * self.gain) >> VelocityQ8::FRACTION_BITS) + self.zero + owed.0;
+        let found = within_range(wanted >> FRACTION_BITS);
+        // Half a code is in `zero`. What does not fit into the range is lost: it would come out as a speed that nobody asked for.
+        let left = wanted - (i64::from(found.code.0) << FRACTION_BITS) - HALF;
+        *owed = Owed(left.max(-HALF).min(HALF));
+        found
     }
 
     /// The code to put out when nothing may move any more and the setpoint is not known: zero velocity, or `None`
@@ -115,7 +174,13 @@ impl AnalogOutput {
     pub fn standstill(&self) -> Option<DacCode> {
         match self.quantity {
             AnalogQuantity::Position => None,
-            AnalogQuantity::Velocity => Some(self.code(Nanometres(0), Nanometres(0)).code),
+            AnalogQuantity::Velocity => Some(within_range(self.zero >> FRACTION_BITS).code),
         }
     }
+}
+
+#[inline]
+fn within_range(code: i64) -> AnalogCode {
+    let inside = code.clamp(i64::from(DacCode::LOWEST.0), i64::from(DacCode::HIGHEST.0));
+    AnalogCode { code: DacCode(inside as u16), clamped: inside != code }
 }

@@ -4,24 +4,49 @@
 //! [`PulseScale::max_steps`]. Nothing is ever lost: what does not fit into a tick is made in the next ones. A velocity
 //! below [`PulseScale::max_velocity_mm_s`] never has to wait.
 
+use super::train::PulseConfiguration;
 use crate::machine::TIMER_CLOCK_HZ;
+use crate::settings::PulseKind;
 use crate::units::{Nanometres, TickRate};
 
-/// The most steps per second, in every tick's share of it.
-///
-/// Pulses are half of their period long, so this one keeps them at 1 µs or longer.
-pub const MAX_STEP_RATE_HZ: f64 = 500_000.0;
+/// What a drive wants of its pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseTiming {
+    /// The least length of a pulse and of the pause between two, in µs; of quadrature, the least distance of two edges.
+    pub width_us: f64,
+    /// The least time from a change of the direction to the first step, in µs.
+    pub setup_us: f64,
+    /// A pulse is a low level.
+    pub active_low: bool,
+}
+
+impl PulseTiming {
+    /// Accepted widths in µs.
+    pub const WIDTH_RANGE_US: (f64, f64) = (1.0, 100.0);
+    /// Accepted set-up times in µs.
+    pub const SETUP_RANGE_US: (f64, f64) = (0.0, 1000.0);
+}
+
+impl Default for PulseTiming {
+    /// 1 µs each, which is what most drives ask for, and high pulses.
+    fn default() -> Self {
+        Self { width_us: 1.0, setup_us: 1.0, active_low: false }
+    }
+}
 
 /// The most steps in one tick, whatever the rate: what the timer's repetition counter holds, with room to spare.
 pub const MAX_STEPS_PER_TICK: u16 = 240;
 
 /// How steps relate to nanometres at one tick rate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PulseScale {
     /// Steps per nanometre, Q36.
     steps_per_nm: i64,
     max_steps: u16,
     timing: TrainTiming,
+    configuration: PulseConfiguration,
+    /// Ticks that pass between a change of the direction and the first step.
+    setup_ticks: u8,
 }
 
 const FRACTION_BITS: u32 = 36;
@@ -32,10 +57,28 @@ impl PulseScale {
 
     /// `steps_per_mm` steps per millimetre, negative for the other direction, up to ± [`Self::MAX_STEPS_PER_MM`]. Below
     /// 0.1 the scale is coarser than a hundredth of a step per metre.
-    pub fn new(steps_per_mm: f64, tick_rate: TickRate) -> Self {
+    pub fn new(kind: PulseKind, steps_per_mm: f64, pulses: &PulseTiming, tick_rate: TickRate) -> Self {
         let limited = steps_per_mm.clamp(-Self::MAX_STEPS_PER_MM, Self::MAX_STEPS_PER_MM);
         let steps_per_nm = libm::round(libm::scalbn(limited / 1.0e6, FRACTION_BITS as i32)) as i64;
-        Self { steps_per_nm, max_steps: max_steps_per_tick(tick_rate), timing: TrainTiming::new(tick_rate) }
+        let timing = TrainTiming::new(tick_rate);
+        let max_steps = timing.max_steps(pulses);
+        // A train begins with half a period of pause, the shortest with most steps.
+        let pause_us = timing.microseconds(timing.period(max_steps) / 2);
+        let needs_ticks = kind == PulseKind::Step && pulses.setup_us > pause_us;
+        let setup_ticks = libm::ceil(pulses.setup_us * 1e-6 * tick_rate.hz()) as u8;
+        Self {
+            steps_per_nm,
+            max_steps,
+            timing,
+            configuration: PulseConfiguration::new(kind, timing.prescaler, pulses.active_low),
+            setup_ticks: if needs_ticks { setup_ticks } else { 0 },
+        }
+    }
+
+    /// What the hardware has to be set up for.
+    #[inline]
+    pub fn configuration(&self) -> PulseConfiguration {
+        self.configuration
     }
 
     /// How the timer makes the steps.
@@ -49,8 +92,8 @@ impl PulseScale {
     }
 
     /// The fastest setpoint that the steps can follow, in mm/s.
-    pub fn max_velocity_mm_s(steps_per_mm: f64, tick_rate: TickRate) -> f64 {
-        f64::from(max_steps_per_tick(tick_rate)) * tick_rate.hz() / libm::fabs(steps_per_mm)
+    pub fn max_velocity_mm_s(steps_per_mm: f64, pulses: &PulseTiming, tick_rate: TickRate) -> f64 {
+        f64::from(TrainTiming::new(tick_rate).max_steps(pulses)) * tick_rate.hz() / libm::fabs(steps_per_mm)
     }
 
     /// The steps that stand for a position: the nearest whole number.
@@ -61,12 +104,6 @@ impl PulseScale {
     }
 }
 
-/// Evenly spread over most of the tick, so that each train ends before the next begins.
-fn max_steps_per_tick(tick_rate: TickRate) -> u16 {
-    let steps = MAX_STEP_RATE_HZ * tick_rate.period_s() * TRAIN_SHARE;
-    (libm::floor(steps) as u16).clamp(1, MAX_STEPS_PER_TICK)
-}
-
 /// The clock of the timer that makes the pulses: twice that of the tick's timer.
 const PULSE_TIMER_CLOCK_HZ: u32 = 2 * TIMER_CLOCK_HZ;
 
@@ -74,10 +111,14 @@ const PULSE_TIMER_CLOCK_HZ: u32 = 2 * TIMER_CLOCK_HZ;
 pub const TRAIN_SHARE: f64 = 15.0 / 16.0;
 
 /// The steps made so far.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pulses {
     scale: PulseScale,
     made: i64,
+    /// The last train went up; at first nobody knows.
+    up: Option<bool>,
+    /// Ticks that still have to pass before the next train.
+    wait_ticks: u8,
 }
 
 /// The steps of one tick.
@@ -87,6 +128,8 @@ pub struct StepTrain {
     pub steps: i16,
     /// Counts of the timer per step; zero for no steps.
     pub period: u16,
+    /// The direction of the steps, or of those to come.
+    pub up: bool,
     /// Whether more were needed than fit.
     pub behind: bool,
 }
@@ -94,28 +137,68 @@ pub struct StepTrain {
 impl Pulses {
     /// Starts in step with the setpoint at `position`.
     pub fn new(scale: PulseScale, position: Nanometres) -> Self {
-        Self { scale, made: scale.steps(position) }
+        // The hardware gets a tick to be found out of date by whoever compares configurations.
+        Self { scale, made: scale.steps(position), up: None, wait_ticks: 1 }
+    }
+
+    /// The same output with another scale, from `setpoint` on. Steps that are still to be made stay so.
+    pub fn rescaled(&self, scale: PulseScale, setpoint: Nanometres) -> Self {
+        let owed = self.scale.steps(setpoint) - self.made;
+        Self { made: scale.steps(setpoint) - owed, ..Self::new(scale, setpoint) }
+    }
+
+    /// What the hardware has to be set up for.
+    #[inline]
+    pub fn configuration(&self) -> PulseConfiguration {
+        self.scale.configuration
     }
 
     /// The steps of the tick that puts out `setpoint`; none while the output still is `busy` with earlier ones.
     #[inline]
     pub fn step(&mut self, setpoint: Nanometres, busy: bool) -> StepTrain {
         let wanted = self.scale.steps(setpoint) - self.made;
-        let most = if busy { 0 } else { i64::from(self.scale.max_steps) };
+        if wanted == 0 {
+            self.wait_ticks = self.wait_ticks.saturating_sub(1);
+            return StepTrain { steps: 0, period: 0, up: self.up.unwrap_or(true), behind: false };
+        }
+        let up = wanted > 0;
+        let ready = !busy && self.is_set_up(up);
+        let most = if ready { i64::from(self.scale.max_steps) } else { 0 };
         let made = wanted.max(-most).min(most);
         self.made += made;
         let steps = made as i16;
-        StepTrain { steps, period: self.scale.timing.period(steps.unsigned_abs()), behind: made != wanted }
+        // A direction that is being set up holds steps back, which is no more than it is there for.
+        let behind = made != wanted && (busy || ready);
+        StepTrain {
+            steps,
+            period: self.scale.timing.period(steps.unsigned_abs()),
+            up: self.up == Some(true),
+            behind,
+        }
+    }
+
+    /// Whether the direction has been what it has to be for long enough. Changes it where it is not.
+    #[inline]
+    fn is_set_up(&mut self, up: bool) -> bool {
+        if self.up != Some(up) {
+            self.up = Some(up);
+            self.wait_ticks = self.wait_ticks.max(self.scale.setup_ticks);
+        }
+        let ready = self.wait_ticks == 0;
+        self.wait_ticks = self.wait_ticks.saturating_sub(1);
+        ready
     }
 }
 
 /// How a timer makes the trains of one tick rate, each spread over [`TRAIN_SHARE`] of its tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainTiming {
     /// The timer counts every so many of its clocks, less one.
     pub prescaler: u16,
     /// Counts that a train may take.
     counts: u16,
+    /// Counts per microsecond.
+    counts_per_us: f64,
 }
 
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler")]
@@ -137,7 +220,24 @@ impl TrainTiming {
         let prescaler = clocks / 65_536;
         let counts = f64::from(clocks / (prescaler + 1)) * TRAIN_SHARE;
         // 200 Hz is a prescaler of 12; the counts of a tick are below 2¹⁶ by the line above.
-        Self { prescaler: prescaler as u16, counts: counts as u16 }
+        let counts_per_us = f64::from(PULSE_TIMER_CLOCK_HZ) * 1e-6 / f64::from(prescaler + 1);
+        Self { prescaler: prescaler as u16, counts: counts as u16, counts_per_us }
+    }
+
+    fn microseconds(&self, counts: u16) -> f64 {
+        f64::from(counts) / self.counts_per_us
+    }
+
+    /// The most steps of a train whose edges are as far apart as `pulses` asks for, evenly spread over most of the tick, so
+    /// that each train ends before the next begins.
+    fn max_steps(&self, pulses: &PulseTiming) -> u16 {
+        let train_us = self.microseconds(self.counts);
+        let mut steps = ((train_us / (2.0 * pulses.width_us)) as u16).clamp(1, MAX_STEPS_PER_TICK);
+        // Whole counts may be a little short of it.
+        while steps > 1 && self.microseconds(self.period(steps) / 2) < pulses.width_us {
+            steps -= 1;
+        }
+        steps
     }
 
     /// Counts per step of a train of `steps`, from 1 to [`MAX_STEPS_PER_TICK`]. All of them together are within the share;

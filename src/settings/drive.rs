@@ -3,7 +3,8 @@
 use super::{Choice, Refusal, Value};
 use crate::fault::{Reaction, Reactions};
 use crate::servo::analog::{AnalogCalibration, AnalogOutput, AnalogQuantity};
-use crate::servo::{EncoderScale, PulseScale};
+use crate::servo::pulses::PulseTiming;
+use crate::servo::{EncoderScale, LoopGains, PulseConfiguration, PulseScale};
 use crate::units::TickRate;
 
 /// How steps are put out.
@@ -34,8 +35,12 @@ pub enum EmergencyInput {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveSettings {
     pub(super) analog: AnalogCalibration,
+    pub(super) position_loop: LoopGains,
+    /// Zero for a host that may be silent.
+    pub(super) link_timeout_ms: f64,
     pub(super) pulse_kind: PulseKind,
     pub(super) pulses: StepsPerMm,
+    pub(super) pulse_timing: PulseTiming,
     pub(super) encoder: EncoderSettings,
     pub(super) emergency: EmergencyInput,
     pub(super) reactions: Reactions,
@@ -60,7 +65,29 @@ pub(super) struct EncoderSettings {
 impl DriveSettings {
     /// The analog output, ready for a tick rate.
     pub fn analog(&self, tick_rate: TickRate) -> AnalogOutput {
-        AnalogOutput::new(&self.analog, tick_rate)
+        AnalogOutput::new(&self.analog, &self.position_loop, tick_rate)
+    }
+
+    /// The fastest setpoint that an analog velocity can tell, in mm/s; `None` where the output tells a position.
+    pub fn analog_velocity_mm_s(&self) -> Option<f64> {
+        self.analog.max_velocity_mm_s()
+    }
+
+    /// What a position loop lacks: an encoder, a window for it, or a drive that takes a velocity.
+    pub fn position_loop_lacks(&self) -> Option<&'static str> {
+        let Self { analog, encoder, position_loop, .. } = self;
+        match () {
+            () if position_loop.gain_per_s == 0.0 => None,
+            () if analog.quantity != AnalogQuantity::Velocity => Some("analog.quantity velocity"),
+            () if encoder.counts_per_mm == 0.0 => Some("encoder.counts_per_mm"),
+            () if encoder.window_mm == 0.0 => Some("encoder.window_mm"),
+            () => None,
+        }
+    }
+
+    /// For how long the host may be silent during a motion, in ms; zero for as long as it likes.
+    pub fn link_timeout_ms(&self) -> f64 {
+        self.link_timeout_ms
     }
 
     /// How steps are put out.
@@ -70,13 +97,22 @@ impl DriveSettings {
 
     /// The step pulses, ready for a tick rate; `None` without.
     pub fn pulses(&self, tick_rate: TickRate) -> Option<PulseScale> {
-        (self.pulse_kind != PulseKind::Off).then(|| PulseScale::new(self.pulses.0, tick_rate))
+        (self.pulse_kind != PulseKind::Off).then(|| self.pulse_scale(tick_rate))
+    }
+
+    fn pulse_scale(&self, tick_rate: TickRate) -> PulseScale {
+        PulseScale::new(self.pulse_kind, self.pulses.0, &self.pulse_timing, tick_rate)
+    }
+
+    /// What the step output has to be set up for.
+    pub fn pulse_configuration(&self, tick_rate: TickRate) -> PulseConfiguration {
+        self.pulse_scale(tick_rate).configuration()
     }
 
     /// The fastest setpoint that the pulses can follow, in mm/s; `None` without pulses.
     pub fn pulse_velocity_mm_s(&self, tick_rate: TickRate) -> Option<f64> {
         let wanted = self.pulse_kind != PulseKind::Off;
-        wanted.then(|| PulseScale::max_velocity_mm_s(self.pulses.0, tick_rate))
+        wanted.then(|| PulseScale::max_velocity_mm_s(self.pulses.0, &self.pulse_timing, tick_rate))
     }
 
     /// The encoder; `None` without.
@@ -101,8 +137,11 @@ impl DriveSettings {
 
     /// Whether going from `self` to `other` changes the scale of something that is put out or read in.
     pub fn rescales(&self, other: &Self) -> bool {
-        (self.analog, self.pulse_kind, self.pulses, self.encoder)
-            != (other.analog, other.pulse_kind, other.pulses, other.encoder)
+        let scales = |drive: &Self| {
+            let Self { analog, position_loop, pulse_kind, pulses, pulse_timing, encoder, .. } = *drive;
+            (analog, position_loop, pulse_kind, pulses, pulse_timing, encoder)
+        };
+        scales(self) != scales(other)
     }
 }
 
@@ -117,10 +156,22 @@ pub enum DriveKey {
     AnalogGain,
     /// `analog.offset_mV`
     AnalogOffset,
+    /// `loop.gain_per_s`
+    LoopGain,
+    /// `loop.limit_mm_s`
+    LoopLimit,
+    /// `link.timeout_ms`
+    LinkTimeout,
     /// `pulses.kind`
     PulseKind,
     /// `pulses.steps_per_mm`
     StepsPerMm,
+    /// `pulses.width_us`
+    PulseWidth,
+    /// `pulses.setup_us`
+    PulseSetup,
+    /// `pulses.level`
+    PulseLevel,
     /// `encoder.counts_per_mm`
     EncoderCounts,
     /// `encoder.window_mm`
@@ -136,25 +187,32 @@ pub enum DriveKey {
 }
 
 static QUANTITIES: [&str; 2] = ["position", "velocity"];
+static PULSE_LEVELS: [&str; 2] = ["high", "low"];
 static PULSE_KINDS: [&str; 3] = ["off", "step", "quadrature"];
 static EMERGENCY_INPUTS: [&str; 3] = ["off", "high", "low"];
 static REACTIONS: [&str; 3] = ["report", "hold", "disable"];
 
 impl DriveKey {
     /// Every key, in the order in which they are listed.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 18] = [
         Self::AnalogQuantity,
         Self::AnalogFullScaleVelocity,
         Self::AnalogGain,
         Self::AnalogOffset,
+        Self::LoopGain,
+        Self::LoopLimit,
         Self::PulseKind,
         Self::StepsPerMm,
+        Self::PulseWidth,
+        Self::PulseSetup,
+        Self::PulseLevel,
         Self::EncoderCounts,
         Self::EncoderWindow,
         Self::EmergencyInput,
         Self::OnMissedTick,
         Self::OnLimit,
         Self::OnEncoder,
+        Self::LinkTimeout,
     ];
 
     /// The number in the flash.
@@ -172,6 +230,12 @@ impl DriveKey {
             Self::OnMissedTick => 49,
             Self::OnLimit => 50,
             Self::OnEncoder => 51,
+            Self::LoopGain => 52,
+            Self::LoopLimit => 53,
+            Self::LinkTimeout => 54,
+            Self::PulseWidth => 55,
+            Self::PulseSetup => 56,
+            Self::PulseLevel => 57,
         }
     }
 
@@ -181,6 +245,12 @@ impl DriveKey {
             Self::AnalogFullScaleVelocity => "analog.full_scale_mm_s",
             Self::AnalogGain => "analog.gain",
             Self::AnalogOffset => "analog.offset_mV",
+            Self::LoopGain => "loop.gain_per_s",
+            Self::LoopLimit => "loop.limit_mm_s",
+            Self::LinkTimeout => "link.timeout_ms",
+            Self::PulseWidth => "pulses.width_us",
+            Self::PulseSetup => "pulses.setup_us",
+            Self::PulseLevel => "pulses.level",
             Self::PulseKind => "pulses.kind",
             Self::StepsPerMm => "pulses.steps_per_mm",
             Self::EncoderCounts => "encoder.counts_per_mm",
@@ -194,7 +264,10 @@ impl DriveKey {
 
     pub(super) fn unit(self) -> &'static str {
         match self {
-            Self::AnalogFullScaleVelocity => "mm/s",
+            Self::AnalogFullScaleVelocity | Self::LoopLimit => "mm/s",
+            Self::LoopGain => "1/s",
+            Self::LinkTimeout => "ms",
+            Self::PulseWidth | Self::PulseSetup => "us",
             Self::AnalogOffset => "mV",
             Self::StepsPerMm | Self::EncoderCounts => "1/mm",
             Self::EncoderWindow => "mm",
@@ -212,7 +285,19 @@ impl DriveKey {
                 "Corrects the analog output's slope; negative where the output stage inverts."
             }
             Self::AnalogOffset => "Corrects the analog output's zero, at the pin.",
+            Self::LoopGain => {
+                "Velocity per distance from the encoder, on top of the setpoint's; 0 for no position loop."
+            }
+            Self::LinkTimeout => {
+                "A motion stops when the host has been silent for so long; 0 for as long as it likes."
+            }
+            Self::LoopLimit => "Largest velocity that the position loop adds.",
             Self::PulseKind => "Step and direction, or A and B in quadrature, two edges per step.",
+            Self::PulseWidth => {
+                "Least length of a pulse and of the pause between two; least distance of two edges in quadrature."
+            }
+            Self::PulseSetup => "Least time from a change of the direction to the first step.",
+            Self::PulseLevel => "Level of a pulse; quadrature has none.",
             Self::StepsPerMm => "Steps per millimetre; negative for the other direction.",
             Self::EncoderCounts => {
                 "Edges of the encoder per millimetre; negative where it counts the other way, 0 for none."
@@ -234,6 +319,11 @@ impl DriveKey {
             Self::AnalogFullScaleVelocity => (1.0, 10_000.0),
             Self::AnalogGain => (-2.0, 2.0),
             Self::AnalogOffset => (-1000.0, 1000.0),
+            Self::LoopGain => (0.0, 1000.0),
+            Self::PulseWidth => PulseTiming::WIDTH_RANGE_US,
+            Self::PulseSetup => PulseTiming::SETUP_RANGE_US,
+            Self::LinkTimeout => (0.0, 60_000.0),
+            Self::LoopLimit => (0.01, 10_000.0),
             Self::StepsPerMm => (-PulseScale::MAX_STEPS_PER_MM, PulseScale::MAX_STEPS_PER_MM),
             Self::EncoderCounts => (-counts, counts),
             Self::EncoderWindow => (0.0, 100.0),
@@ -246,6 +336,7 @@ impl DriveKey {
         match self {
             Self::AnalogQuantity => Some(&QUANTITIES),
             Self::PulseKind => Some(&PULSE_KINDS),
+            Self::PulseLevel => Some(&PULSE_LEVELS),
             Self::EmergencyInput => Some(&EMERGENCY_INPUTS),
             Self::OnMissedTick | Self::OnLimit | Self::OnEncoder => Some(&REACTIONS),
             _ => None,
@@ -259,11 +350,17 @@ impl DriveSettings {
             DriveKey::AnalogFullScaleVelocity => return Value::Number(self.analog.full_scale_mm_s),
             DriveKey::AnalogGain => return Value::Number(self.analog.gain),
             DriveKey::AnalogOffset => return Value::Number(self.analog.offset_mv),
+            DriveKey::LoopGain => return Value::Number(self.position_loop.gain_per_s),
+            DriveKey::PulseWidth => return Value::Number(self.pulse_timing.width_us),
+            DriveKey::PulseSetup => return Value::Number(self.pulse_timing.setup_us),
+            DriveKey::LinkTimeout => return Value::Number(self.link_timeout_ms),
+            DriveKey::LoopLimit => return Value::Number(self.position_loop.limit_mm_s),
             DriveKey::StepsPerMm => return Value::Number(self.pulses.0),
             DriveKey::EncoderCounts => return Value::Number(self.encoder.counts_per_mm),
             DriveKey::EncoderWindow => return Value::Number(self.encoder.window_mm),
             DriveKey::AnalogQuantity => self.analog.quantity as u8,
             DriveKey::PulseKind => self.pulse_kind as u8,
+            DriveKey::PulseLevel => self.pulse_timing.active_low as u8,
             DriveKey::EmergencyInput => self.emergency as u8,
             DriveKey::OnMissedTick => self.reactions.missed_tick as u8,
             DriveKey::OnLimit => self.reactions.limit as u8,
@@ -278,6 +375,11 @@ impl DriveSettings {
             DriveKey::AnalogFullScaleVelocity => self.analog.full_scale_mm_s = number,
             DriveKey::AnalogGain => self.analog.gain = number,
             DriveKey::AnalogOffset => self.analog.offset_mv = number,
+            DriveKey::LoopGain => self.position_loop.gain_per_s = number,
+            DriveKey::PulseWidth => self.pulse_timing.width_us = number,
+            DriveKey::PulseSetup => self.pulse_timing.setup_us = number,
+            DriveKey::LinkTimeout => self.link_timeout_ms = number,
+            DriveKey::LoopLimit => self.position_loop.limit_mm_s = number,
             DriveKey::StepsPerMm => self.pulses.0 = at_least(0.1, number)?,
             DriveKey::EncoderCounts if number == 0.0 => self.encoder.counts_per_mm = 0.0,
             DriveKey::EncoderCounts => {
@@ -304,6 +406,7 @@ impl DriveSettings {
                     _ => PulseKind::Quadrature,
                 };
             }
+            DriveKey::PulseLevel => self.pulse_timing.active_low = place != 0,
             DriveKey::EmergencyInput => {
                 self.emergency = match place {
                     0 => EmergencyInput::Off,

@@ -220,6 +220,9 @@ pub struct Status {
     flags: AtomicU8,
     encoder_nm: AtomicI32,
     counters: Counters,
+    /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest so far.
+    last_duration: AtomicU32,
+    worst_duration: AtomicU32,
 }
 
 impl Status {
@@ -234,6 +237,8 @@ impl Status {
             flags: AtomicU8::new(0),
             encoder_nm: AtomicI32::new(0),
             counters: Counters::new(),
+            last_duration: AtomicU32::new(0),
+            worst_duration: AtomicU32::new(0),
         }
     }
 
@@ -281,6 +286,20 @@ impl Status {
     /// How often what has happened.
     pub fn counters(&self) -> &Counters {
         &self.counters
+    }
+
+    /// Says how long the tick took, in clocks of its timer. By the tick.
+    #[inline]
+    pub fn note_duration(&self, clocks: u32) {
+        self.last_duration.store(clocks, Ordering::Relaxed);
+        if clocks > self.worst_duration.load(Ordering::Relaxed) {
+            self.worst_duration.store(clocks, Ordering::Relaxed);
+        }
+    }
+
+    /// How long the last tick took and how long the longest so far, in clocks of its timer.
+    pub fn durations(&self) -> (u32, u32) {
+        (self.last_duration.load(Ordering::Relaxed), self.worst_duration.load(Ordering::Relaxed))
     }
 
     pub(crate) fn publish(&self, activity: Activity, tick: u32, command: Nanometres, setpoint: Nanometres) {

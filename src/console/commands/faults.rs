@@ -124,11 +124,19 @@ impl Console<'_> {
         {
             return Err(CommandError::PulseRate { limit_mm_s, most_mm_s });
         }
+        if let Some(most_mm_s) = settings.drive().analog_velocity_mm_s()
+            && limit_mm_s > most_mm_s
+        {
+            return Err(CommandError::AnalogVelocity { limit_mm_s, most_mm_s });
+        }
+        if let Some(lacks) = settings.drive().position_loop_lacks() {
+            return Err(CommandError::PositionLoop { lacks });
+        }
         if settings.drive().rescales(self.live.drive()) { self.require_still(command) } else { Ok(()) }
     }
 
     /// Refuses what must not happen while the setpoint changes. A fault holds it.
-    fn require_still(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+    pub(super) fn require_still(&self, command: &'static str) -> Result<(), CommandError<'static>> {
         self.require_taken(command)?;
         match self.status.activity() {
             Activity::Rest | Activity::Fault => Ok(()),

@@ -17,6 +17,7 @@ use super::error::CommandError;
 use super::upload::UploadKind;
 use super::{Console, help};
 use crate::motion::MotionSpec;
+use crate::restart::Start;
 use words::no_more;
 
 /// Nothing but `Ok` can be done about output that does not fit; [`super::MAX_REPLY`] rules it out.
@@ -46,6 +47,10 @@ impl Console<'_> {
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
             "events" => no_more(words, "events", "events").map(|()| self.list_events(out)),
             "encoder" => self.reference_encoder(words, out),
+            "reboot" => {
+                no_more(words, "reboot", "reboot").and_then(|()| self.reboot("reboot", Start::Firmware, out))
+            }
+            "dfu" => no_more(words, "dfu", "dfu").and_then(|()| self.reboot("dfu", Start::Bootloader, out)),
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
             "checksum" => self.switch_checksum(words, out),

@@ -4,8 +4,11 @@ use core::fmt::Write;
 
 use super::say;
 use super::words::on_off;
-use crate::console::Console;
+use crate::console::error::CommandError;
+use crate::console::{Console, Effect};
 use crate::decimal::Decimal;
+use crate::machine::CORE_CYCLES_PER_TIMER_CLOCK;
+use crate::restart::Start;
 
 impl Console<'_> {
     pub(super) fn info(&self, out: &mut dyn Write) {
@@ -13,6 +16,7 @@ impl Console<'_> {
         say(out, format_args!("firmware stillbeam {}", self.identity.version));
         say(out, format_args!("board {}", self.identity.board));
         say(out, format_args!("tick_hz {}", Decimal(table.tick_rate().hz())));
+        say(out, format_args!("build 0x{:08x}", self.identity.build));
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
@@ -57,12 +61,34 @@ impl Console<'_> {
         }
     }
 
+    /// Of the tick, in cycles of the core.
+    fn print_durations(&self, out: &mut dyn Write) {
+        let (last, worst) = self.status.durations();
+        let period = self.clocks_per_tick();
+        let [last, worst, period] = [last, worst, period].map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK);
+        say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
+    }
+
+    /// `reboot` and `dfu`.
+    pub(super) fn reboot(
+        &mut self,
+        command: &'static str,
+        start: Start,
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError<'static>> {
+        self.require_still(command)?;
+        say(out, format_args!("ok {command}"));
+        self.effect = Some(Effect::Reboot(start));
+        Ok(())
+    }
+
     pub(super) fn print_status(&mut self, out: &mut dyn Write) {
         say(out, format_args!("state {}", self.status.activity().name()));
         say(out, format_args!("tick {}", self.status.tick()));
         say(out, format_args!("command_nm {}", self.status.command().0));
         say(out, format_args!("setpoint_nm {}", self.status.setpoint().0));
         say(out, format_args!("dropped_samples {}", self.status.dropped()));
+        self.print_durations(out);
         self.print_faults(out);
         say(out, format_args!("ok status"));
     }

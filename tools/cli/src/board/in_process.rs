@@ -50,8 +50,12 @@ impl InProcessBoard {
     /// The same with something at its inputs: an encoder that follows the setpoint, a trigger.
     pub fn wired(wiring: Wiring) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
-        let identity =
-            Identity { version: env!("CARGO_PKG_VERSION"), board: "core", timer_clock_hz: TIMER_CLOCK_HZ };
+        let identity = Identity {
+            version: env!("CARGO_PKG_VERSION"),
+            board: "core",
+            build: 0,
+            timer_clock_hz: TIMER_CLOCK_HZ,
+        };
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
         let parts = machine.split(identity, histories);
         let mut board = Self {
@@ -122,6 +126,7 @@ impl ByteLink for InProcessBoard {
                         block_on(self.store.save(console.settings_to_store(), console.table_to_store()));
                     self.say(|console, text| console.saved(saved, text));
                 }
+                Some(Effect::Reboot(_)) => {}
                 Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),
             }
             self.say(|console, text| console.announce(text));

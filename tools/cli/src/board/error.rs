@@ -109,6 +109,12 @@ pub enum BoardError {
         /// What the board said of it.
         fault: String,
     },
+    /// A person asked for a stop.
+    #[error("{board}: stopped by Ctrl-C; the machine comes to rest within its limits")]
+    Interrupted {
+        /// The board.
+        board: String,
+    },
     /// Telemetry is missing.
     #[error(
         "{board}: {lost} streamed sample(s) were lost near tick {tick}; stream fewer (a larger decimation), or use a faster port"

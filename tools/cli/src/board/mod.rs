@@ -12,6 +12,7 @@
 pub mod emulated;
 pub mod error;
 pub mod in_process;
+mod interrupt;
 pub mod motion;
 mod ram_flash;
 pub mod receiver;

@@ -144,6 +144,7 @@ impl Session {
         self.forget_samples();
         self.take_damaged_frames();
         self.take_faults();
+        self.keep_alive()?;
         self.start_stream(decimation)?;
         let mut run = StreamedMotion {
             tick_hz,

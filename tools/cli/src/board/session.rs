@@ -3,9 +3,11 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use stillbeam_firmware::real_time::RealTimeByte;
 use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_firmware::telemetry::Sample;
 
+use super::interrupt::Interrupt;
 use super::receiver::{Received, Receiver};
 use super::{BoardError, ByteLink};
 
@@ -36,6 +38,12 @@ const REPEATABLE: [&str; 15] = [
 
 /// The editing key that clears the line, so that half a line of noise does not spoil the first command.
 const CLEAR_LINE: u8 = 0x15;
+
+/// How soon Ctrl-C is noticed.
+const NOTICE: Duration = Duration::from_millis(50);
+
+/// How often the board is told that somebody is there, while its motion runs.
+const ALIVE_EVERY: Duration = Duration::from_millis(100);
 
 /// A reply that ended in `ok`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +88,9 @@ pub struct Session {
     samples: VecDeque<Sample>,
     /// What the board said of faults, unasked.
     faults: Vec<String>,
+    interrupt: Interrupt,
+    /// When the board was last told that somebody is there; `None` where it does not ask.
+    told_alive: Option<Duration>,
 }
 
 impl Session {
@@ -105,6 +116,8 @@ impl Session {
             damaged_frames: 0,
             samples: VecDeque::new(),
             faults: Vec::new(),
+            interrupt: Interrupt::listen(),
+            told_alive: None,
         };
         let began = session.link.clock();
         while session.link.clock().saturating_sub(began) < patience {
@@ -373,10 +386,39 @@ impl Session {
             if patience.is_zero() {
                 return Ok(None);
             }
-            let read = self.link.read(&mut buffer, patience);
+            self.look_after_motion()?;
+            let read = self.link.read(&mut buffer, patience.min(NOTICE));
             let count = read.map_err(|source| BoardError::Io { board: self.board().to_owned(), source })?;
             self.receiver.push(buffer.get(..count).unwrap_or_default());
         }
+    }
+
+    /// Stops the machine where a person asks for it, and tells the board that somebody is there.
+    fn look_after_motion(&mut self) -> Result<(), BoardError> {
+        if self.interrupt.take() {
+            self.send(&[RealTimeByte::STOP])?;
+            return Err(BoardError::Interrupted { board: self.board().to_owned() });
+        }
+        let now = self.link.clock();
+        if self.told_alive.is_some_and(|before| now.saturating_sub(before) >= ALIVE_EVERY) {
+            self.told_alive = Some(now);
+            self.send(&[RealTimeByte::ALIVE])?;
+        }
+        Ok(())
+    }
+
+    /// From now on tells the board again and again that somebody is there, if it stops without that (`link.timeout_ms`).
+    ///
+    /// # Errors
+    /// As [`Session::command`], but for firmware that does not know the setting.
+    pub(super) fn keep_alive(&mut self) -> Result<(), BoardError> {
+        let asks = match self.command("get link.timeout_ms") {
+            Ok(reply) => !reply.lines.iter().any(|line| line.starts_with("link.timeout_ms = 0 ")),
+            Err(BoardError::Refused { .. }) => false,
+            Err(error) => return Err(error),
+        };
+        self.told_alive = asks.then(|| self.link.clock());
+        Ok(())
     }
 
     fn keep(&mut self, received: Received) {

@@ -294,7 +294,8 @@ impl<'m> Controller<'m> {
         if asked.stop {
             self.accept(Request::Stop);
         }
-        if asked.emergency {
+        // The byte works twice, and is one emergency.
+        if asked.emergency && self.latch.fault() != Some(Fault::Emergency) {
             self.accept(Request::Emergency);
         }
     }

@@ -9,6 +9,7 @@ use crate::console::{Console, Effect};
 use crate::decimal::Decimal;
 use crate::machine::CORE_CYCLES_PER_TIMER_CLOCK;
 use crate::restart::Start;
+use crate::units::TickRate;
 
 impl Console<'_> {
     pub(super) fn info(&self, out: &mut dyn Write) {
@@ -61,9 +62,13 @@ impl Console<'_> {
         }
     }
 
-    /// Of the tick, in cycles of the core.
+    /// Of the tick, in cycles of the core. A counter beyond the slowest tick is none that begins anew with each: the emulator's.
     fn print_durations(&self, out: &mut dyn Write) {
         let (last, worst) = self.status.durations();
+        let slowest = f64::from(self.identity.timer_clock_hz) / TickRate::RANGE_HZ.0;
+        if f64::from(worst) > slowest {
+            return say(out, format_args!("tick_cycles unknown"));
+        }
         let period = self.clocks_per_tick();
         let [last, worst, period] = [last, worst, period].map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK);
         say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));

@@ -165,7 +165,7 @@ impl AnalogOutput {
         let found = within_range(wanted >> FRACTION_BITS);
         // Half a code is in `zero`. What does not fit into the range is lost: it would come out as a speed that nobody asked for.
         let left = wanted - (i64::from(found.code.0) << FRACTION_BITS) - HALF;
-        *owed = Owed(left.max(-HALF).min(HALF));
+        *owed = Owed(left.clamp(-HALF, HALF));
         found
     }
 

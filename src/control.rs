@@ -5,13 +5,17 @@
 //! inputs ──▶ faults ────────────┴──────────────────┘  └────▶ status, telemetry
 //! ```
 //!
-//! A fault puts the command where the setpoint is and holds the setpoint there ([`crate::fault`]).
+//! The setpoint moves only while the drive is enabled ([`crate::drive`]). A fault brakes the setpoint itself, past the shaper, and the
+//! command goes with it ([`supervision`]).
 //!
 //! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a
 //! lock-free queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
+mod supervision;
+
 use heapless::spsc::{Consumer, Producer};
 
+use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Outputs, Unusual};
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
@@ -34,10 +38,17 @@ pub enum Request<'m> {
     Shape(Cascade<'m>, Fade),
     /// Brake, guard and put out like this from now on.
     Configure(Setup),
-    /// Hold the setpoint and disable the drive at once.
+    /// Stop as the setting for emergencies says.
     Emergency,
     /// Go on after a fault, if the setpoint has settled.
     Clear,
+    /// Let the drive run, from where the encoder says that the machine is, if there is one. With a shaper whose history is that of
+    /// rest.
+    Enable,
+    /// Bring the setpoint to rest and switch the drive off.
+    Disable,
+    /// The machine stands here; the drive is off. With a shaper whose history is that of rest.
+    SetPosition(Nanometres),
     /// The machine is where the setpoint is: count the encoder from there.
     ReferenceEncoder,
     /// Stream every so-many-th tick; zero stops the stream.
@@ -56,6 +67,8 @@ pub struct Setup {
     pub guard: TravelGuard,
     /// What faults do.
     pub reactions: Reactions,
+    /// What enabling needs and how long it takes.
+    pub drive: DriveSetup,
     /// The analog output.
     pub analog: AnalogOutput,
     /// The step pulses, if any.
@@ -94,8 +107,8 @@ pub struct TickOutput {
     pub step_period: u16,
     /// The direction of these steps or of those to come; `None` without step pulses.
     pub steps_up: Option<bool>,
-    /// Whether the drive may run.
-    pub drive_enabled: bool,
+    /// Whether the drive may run, and the brake is open.
+    pub drive: Outputs,
     /// Whether a telemetry sample was queued, so that somebody should be woken to send it.
     pub sample_queued: bool,
 }
@@ -126,17 +139,30 @@ pub struct Controller<'m> {
     braking: Braking,
     /// Of an analog velocity.
     owed: Owed,
+    /// The longest that this braking takes from the velocity limit that the motion was planned with.
+    ramp_ticks: u32,
     pulses: Option<Pulses>,
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
     encoder_counter: u16,
     latch: Latch,
+    drive: Drive,
+    /// What [`Drive`] puts out.
+    outputs: Outputs,
+    /// Whether somebody has said where the machine is, or an encoder has watched it since.
+    position_known: bool,
+    /// Whether the tick has to look at more than it does every time: the drive is not simply enabled, or an input is unusual.
+    attention: bool,
+    /// Whether the setpoint is the command itself, past the shaper.
+    past_shaper: bool,
     /// Conditions that were there in the last tick, so that each is an event once.
     conditions: Conditions,
     command: Nanometres,
     /// The command of the last three ticks before it was rounded, the newest last.
     recent: [FinePosition; 3],
     setpoint: Nanometres,
+    /// In the tick before.
+    earlier_setpoint: Nanometres,
     /// Ticks since the command last changed, up to the longest shaper.
     quiet_ticks: u32,
     tick: u32,
@@ -151,6 +177,8 @@ enum Motion<'m> {
     Hold,
     Planned(MotionPlan<'m>),
     Stop(StopPlan),
+    /// The setpoint itself is braked.
+    Braking(StopPlan),
 }
 
 /// What was wrong in the last tick.
@@ -158,6 +186,8 @@ enum Motion<'m> {
 struct Conditions {
     /// The inputs: emergency, and the encoder outside its window.
     flags: Flags,
+    /// The general inputs that were not as they are while all is well.
+    unusual: Unusual,
     limit: bool,
     clamp: bool,
 }
@@ -180,10 +210,10 @@ struct Stream {
 }
 
 impl<'m> Controller<'m> {
-    /// A controller at rest at zero.
+    /// A controller at rest at zero, the drive off.
     pub fn new(links: Links<'m>, cascade: Cascade<'m>, setup: Setup) -> Self {
         let zero = Nanometres(0);
-        Self {
+        let mut controller = Self {
             links,
             shaping: Shaping::at_rest(cascade, zero),
             motion: Motion::Hold,
@@ -191,17 +221,27 @@ impl<'m> Controller<'m> {
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
             braking: setup.braking,
+            ramp_ticks: setup.drive.times.ramp,
             setup,
             encoder_counter: 0,
             latch: Latch::default(),
-            conditions: Conditions::default(),
+            drive: Drive::default(),
+            outputs: Outputs::default(),
+            position_known: false,
+            attention: true,
+            past_shaper: false,
+            conditions: Conditions { flags: Flags::DRIVE_DISABLED, ..Conditions::default() },
             command: zero,
             recent: [zero.into(); 3],
             setpoint: zero,
+            earlier_setpoint: zero,
             quiet_ticks: u32::MAX,
             tick: 0,
             stream: Stream::default(),
-        }
+        };
+        controller.look_at_drive();
+        controller.publish(None);
+        controller
     }
 
     /// What the tick publishes.
@@ -224,7 +264,7 @@ impl<'m> Controller<'m> {
 
     /// Starts in [`Fault::Restart`]: after a crash nothing moves before a person says so.
     pub fn hold_after_crash(&mut self) {
-        self.latch.trip(Fault::Restart, self.setup.reactions);
+        self.trip(Fault::Restart);
         // Known before the first tick.
         self.publish(None);
     }
@@ -252,7 +292,8 @@ impl<'m> Controller<'m> {
         self.give_back(retired.map(MotionMemory::History));
         let before = self.setpoint;
         self.setpoint = self.guarded(shaped);
-        let drive_enabled = !self.latch.drive_disabled();
+        self.earlier_setpoint = before;
+        let drive_enabled = self.outputs.enable;
         let target = Target { setpoint: self.setpoint, previous: before, encoder, drive_enabled };
         let analog = self.setup.analog.code(target, &mut self.owed);
         let (train, steps_up) = match &mut self.pulses {
@@ -272,7 +313,7 @@ impl<'m> Controller<'m> {
             steps: train.steps,
             step_period: train.period,
             steps_up,
-            drive_enabled,
+            drive: self.outputs,
             sample_queued,
         }
     }
@@ -309,14 +350,15 @@ impl<'m> Controller<'m> {
 
     fn accept(&mut self, request: Request<'m>) {
         match request {
-            // Planned from rest, which a fault has ended since.
-            Request::Start(plan) if self.latch.fault().is_some() => self.give_back(plan.into_memory()),
+            // Planned from rest, which a fault may have ended since.
+            Request::Start(plan) if !self.drive.may_move() => self.give_back(plan.into_memory()),
             Request::Start(plan) => {
                 // Planned at rest, where a lag has nothing left to hold back.
                 self.shaping.end_lag();
                 // Where a stop ended need not be a whole nanometre; a motion begins at one.
                 self.recent = [self.command.into(); 3];
                 self.braking = self.setup.braking;
+                self.ramp_ticks = self.setup.drive.times.ramp;
                 self.change_motion(Motion::Planned(plan));
             }
             Request::Stop => {
@@ -339,14 +381,17 @@ impl<'m> Controller<'m> {
                 self.trip(Fault::Emergency);
             }
             Request::Clear => {
-                if self.latch.fault().is_some() && self.shaping.is_settled(self.quiet_ticks) {
-                    self.latch.clear();
-                    self.note(Event::Cleared, 0);
+                if self.latch.fault().is_some() && self.is_at_rest() && !self.drive.is_stopping() {
+                    self.clear();
                 }
             }
+            Request::Enable => self.enable(),
+            Request::Disable => self.tell_drive(DriveEvent::Disable),
+            Request::SetPosition(position) => self.set_position(position),
             Request::ReferenceEncoder => {
                 if let Some(encoder) = &mut self.encoder {
                     encoder.set_reference(self.setpoint);
+                    self.position_known = true;
                 }
             }
             Request::Stream { decimation } => self.stream = Stream { decimation, ..Stream::default() },
@@ -376,9 +421,9 @@ impl<'m> Controller<'m> {
     /// Looks at the inputs and stops the machine where they say so. Returns where the encoder says it is.
     fn observe(&mut self, inputs: Inputs) -> Option<Nanometres> {
         // One branch for all that hardly ever happens.
-        let was_emergency = self.conditions.flags.contains(Flags::EMERGENCY_INPUT);
-        if inputs.emergency | inputs.late | was_emergency | (inputs.missed_ticks != 0) {
-            self.react(inputs);
+        let unusual = self.setup.drive.inputs.unusual(inputs.contacts);
+        if inputs.emergency | inputs.late | self.attention | unusual.any() | (inputs.missed_ticks != 0) {
+            self.react(inputs, unusual);
         }
         self.conditions.flags = self.conditions.flags.with_contacts(inputs.contacts);
         self.encoder_counter = inputs.encoder_counter;
@@ -388,71 +433,21 @@ impl<'m> Controller<'m> {
         let off = encoder.is_off(position, setpoint);
         let was_off = self.conditions.put(Flags::ENCODER_OFF, off);
         if off {
-            if !was_off {
-                self.note(Event::Encoder, position.0.wrapping_sub(setpoint.0));
-            }
-            self.trip(Fault::Encoder);
+            self.note_encoder(position, was_off);
         }
         Some(position)
     }
 
-    /// To inputs that say that something is wrong, or was in the last tick.
-    #[cold]
-    #[inline(never)]
-    fn react(&mut self, inputs: Inputs) {
-        if inputs.missed_ticks != 0 {
-            self.note(Event::MissedTick, i32::from(inputs.missed_ticks));
-            // At rest nothing was missed: the setpoint would not have moved.
-            if !self.is_at_rest() {
-                self.trip(Fault::MissedTick);
-            }
-        }
-        if inputs.late {
-            self.note(Event::LateTick, 0);
-        }
-        if inputs.emergency != self.conditions.flags.contains(Flags::EMERGENCY_INPUT) {
-            self.conditions.put(Flags::EMERGENCY_INPUT, inputs.emergency);
-            if inputs.emergency {
-                self.note(Event::Emergency, 1);
-            }
-        }
-        if inputs.emergency {
-            self.trip(Fault::Emergency);
-        }
-    }
-
     /// The setpoint that may go out.
     fn guarded(&mut self, shaped: Nanometres) -> Nanometres {
-        if self.latch.fault().is_some() {
-            return self.setpoint;
+        if self.past_shaper {
+            return self.command;
         }
         if self.setup.guard.forbids(self.setpoint, shaped) {
-            self.note_limit(shaped);
-            return self.setpoint;
+            return self.brake_at_limit(shaped);
         }
         self.conditions.limit = false;
         shaped
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn note_limit(&mut self, shaped: Nanometres) {
-        if !self.conditions.limit {
-            self.note(Event::Limit, shaped.0);
-        }
-        self.conditions.limit = true;
-        self.trip(Fault::Limit);
-    }
-
-    /// Reacts to a fault: unless it is only reported, the motion ends where the setpoint is.
-    fn trip(&mut self, fault: Fault) {
-        let before = self.latch.fault();
-        self.latch.trip(fault, self.setup.reactions);
-        if before.is_none() && self.latch.fault().is_some() {
-            self.change_motion(Motion::Hold);
-            self.command = self.setpoint;
-            self.quiet_ticks = 0;
-        }
     }
 
     fn note(&mut self, event: Event, value: i32) {
@@ -476,14 +471,9 @@ impl<'m> Controller<'m> {
         if self.latch.fault().is_none() {
             return self.conditions.flags;
         }
-        let bit = |set, flag: Flags| if set { flag.0 } else { 0 };
-        let settled = self.shaping.is_settled(self.quiet_ticks);
-        Flags(
-            self.conditions.flags.0
-                | Flags::FAULT.0
-                | bit(settled, Flags::SETTLED)
-                | bit(self.latch.drive_disabled(), Flags::DRIVE_DISABLED),
-        )
+        let settled = self.is_at_rest() && !self.drive.is_stopping();
+        let settled = if settled { Flags::SETTLED.0 } else { 0 };
+        Flags(self.conditions.flags.0 | Flags::FAULT.0 | settled)
     }
 
     fn advance_command(&mut self) {
@@ -493,7 +483,7 @@ impl<'m> Controller<'m> {
                 return;
             }
             Motion::Planned(plan) => plan.step(),
-            Motion::Stop(plan) => plan.step(),
+            Motion::Stop(plan) | Motion::Braking(plan) => plan.step(),
         };
         let Some(position) = next else {
             self.change_motion(Motion::Hold);
@@ -521,7 +511,7 @@ impl<'m> Controller<'m> {
         match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Planned(plan) => plan.activity(),
-            Motion::Stop(_) => Activity::Stopping,
+            Motion::Stop(_) | Motion::Braking(_) => Activity::Stopping,
             Motion::Hold if self.shaping.is_settled(self.quiet_ticks) => Activity::Rest,
             Motion::Hold => Activity::Settling,
         }

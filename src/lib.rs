@@ -7,6 +7,7 @@
 //! - [`shaper`]: from a mode's frequency and damping ratio to integer taps, and the cascade that runs them.
 //! - [`motion`]: moves, sweeps and the controlled stop as functions of the tick.
 //! - [`servo`], [`telemetry`]: the two ways out.
+//! - [`drive`]: whether the drive may run, from a person's `enable` to the end of a stop.
 //! - [`fault`]: what can go wrong and what is done about it.
 //! - [`restart`]: why the firmware starts, and what a crash has left.
 //! - [`watchdog`]: when it may be fed, and how long it waits.
@@ -21,6 +22,7 @@
 pub mod console;
 pub mod control;
 pub mod decimal;
+pub mod drive;
 pub mod elementary;
 pub mod fault;
 pub mod machine;

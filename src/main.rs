@@ -83,6 +83,7 @@ mod image {
         log_start(&restart);
         parts.console.note_restart(restart);
         board::follow(parts.console.settings().drive(), parts.console.tick_rate());
+        emergency_stop::set_at_once(parts.console.settings().safety().stops_at_once());
         // The first tick knows the settings.
         parts.controller.take_waiting_requests();
         // From here on the tick says whether the drive is enabled.
@@ -194,6 +195,7 @@ mod image {
         /// Sets the hardware up anew where a command has changed what it depends on.
         fn update(&mut self, console: &Console<'_>) {
             let now = Self::by(console);
+            emergency_stop::set_at_once(console.settings().safety().stops_at_once());
             if now.clocks_per_tick != self.clocks_per_tick {
                 tick_timer::set_clocks_per_tick(now.clocks_per_tick);
                 log_rate(now.clocks_per_tick);

@@ -24,6 +24,9 @@ pub struct Bench {
     activity: Activity,
     /// Setpoints of ticks that nobody has asked for yet, in nanometres.
     log_nm: Vec<i32>,
+    inputs: Inputs,
+    /// What every tick has put out, once somebody wants to know.
+    outputs: Option<Vec<TickOutput>>,
 }
 
 impl Bench {
@@ -40,6 +43,103 @@ impl Bench {
     /// A machine that starts for this reason, with echo off.
     pub fn restarted(restart: Restart) -> Self {
         Self::start(MockFlash::new(), restart)
+    }
+
+    /// A machine that stands enabled at zero, nothing else set.
+    pub fn enabled() -> Self {
+        let mut bench = Self::new();
+        bench.enable();
+        bench.clear_log();
+        bench
+    }
+
+    /// Says all that enabling needs, as a person would, and ticks until the drive is enabled. The machine is taken to stand where
+    /// the setpoint is.
+    ///
+    /// # Panics
+    /// When the drive does not come up.
+    pub fn enable(&mut self) {
+        if self.line("lacking").contains("emergency_input") {
+            let pending: Vec<String> =
+                self.send("get").into_iter().filter(|line| line.contains(" staged ")).collect();
+            assert_eq!(pending, [""; 0], "settings are staged");
+            self.accept("set emergency.input waived");
+            self.accept("apply");
+            self.tick();
+        }
+        if self.line("lacking").contains("position") {
+            let nm: f64 = self.line("setpoint_nm").parse().expect("a number");
+            self.accept(&format!("position set {}", nm / 1e6));
+            self.tick();
+        }
+        while self.line("state") != "rest" {
+            assert_ne!(self.line("state"), "fault", "a fault is to be cleared first");
+            self.tick();
+        }
+        self.accept("enable");
+        for _ in 0..100_000 {
+            if self.line("drive") == "enabled" {
+                return;
+            }
+            self.tick();
+        }
+        panic!("the drive is not enabled: {:?}", self.send("status"));
+    }
+
+    /// Switches the drive off where it is at rest, says these lines, applies them, and enables again.
+    pub fn set_up(&mut self, lines: &[&str]) {
+        for line in lines {
+            self.accept(line);
+        }
+        self.apply_while_off();
+    }
+
+    /// Applies what is staged with the drive off, as what scales an output needs, and enables again.
+    pub fn apply_while_off(&mut self) -> String {
+        self.disable();
+        let applied = self.accept("apply");
+        self.tick();
+        self.enable();
+        applied
+    }
+
+    /// Switches the drive off and ticks until it is.
+    pub fn disable(&mut self) {
+        self.accept("disable");
+        while !matches!(self.line("drive").as_str(), "disabled" | "not_ready") {
+            self.tick();
+        }
+    }
+
+    /// Clears the fault as soon as the shaper has settled, and enables.
+    pub fn clear_and_enable(&mut self) {
+        while self.line("fault") != "none" {
+            self.send("clear");
+            self.tick();
+        }
+        if self.line("drive") != "enabled" {
+            self.enable();
+        }
+    }
+
+    /// What `status` says under this word.
+    ///
+    /// # Panics
+    /// When it says nothing.
+    pub fn line(&mut self, key: &str) -> String {
+        let reply = self.send("status");
+        let found = reply.iter().find_map(|line| line.strip_prefix(key)?.strip_prefix(' '));
+        found.unwrap_or_else(|| panic!("no {key} in {reply:?}")).to_owned()
+    }
+
+    /// A machine that starts for this reason and finds this in its flash, with echo off.
+    pub fn restarted_with(flash: MockFlash, restart: Restart) -> Self {
+        Self::start(flash, restart)
+    }
+
+    /// What is at the inputs of every tick from now on that is not told otherwise.
+    pub fn set_inputs(&mut self, inputs: Inputs) {
+        self.inputs = inputs;
     }
 
     fn start(flash: MockFlash, restart: Restart) -> Self {
@@ -62,6 +162,8 @@ impl Bench {
             greeting: greeting.text,
             activity: Activity::Rest,
             log_nm: Vec::new(),
+            inputs: Inputs::default(),
+            outputs: None,
         };
         bench.send("echo off");
         bench
@@ -143,13 +245,16 @@ impl Bench {
 
     /// One tick.
     pub fn tick(&mut self) -> TickOutput {
-        self.tick_with(Inputs::default())
+        self.tick_with(self.inputs)
     }
 
     /// One tick that finds this at its inputs.
     pub fn tick_with(&mut self, inputs: Inputs) -> TickOutput {
         let output = self.controller.tick(inputs);
-        self.log_nm.push(output.setpoint.0);
+        match &mut self.outputs {
+            Some(outputs) => outputs.push(output),
+            None => self.log_nm.push(output.setpoint.0),
+        }
         output
     }
 
@@ -161,6 +266,12 @@ impl Bench {
     /// Setpoints of all ticks since the log was cleared or taken, in nanometres.
     pub fn take_log(&mut self) -> Vec<i32> {
         std::mem::take(&mut self.log_nm)
+    }
+
+    /// Outputs of all ticks since this was called last, those in which a request was taken too. From the first call on there is no
+    /// log of setpoints.
+    pub fn take_outputs(&mut self) -> Vec<TickOutput> {
+        self.outputs.replace(Vec::new()).unwrap_or_default()
     }
 
     /// Forgets the setpoints so far.

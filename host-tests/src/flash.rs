@@ -8,7 +8,7 @@ use embedded_storage_async::nor_flash::{
 const WORD: usize = 4;
 
 /// Bytes per sector. The board's have 128 KiB; small ones fill up more often.
-pub const SECTOR: usize = 1536;
+pub const SECTOR: usize = 2304;
 
 /// Programming one word and erasing one sector are an operation each.
 #[derive(Clone, Debug)]

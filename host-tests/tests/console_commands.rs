@@ -56,7 +56,7 @@ fn a_refused_line_changes_nothing_and_says_why() {
         ("info please", "err syntax info: usage: info"),
         ("help nothing", "err unknown-name nothing: "),
     ];
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("set mode2.frequency_hz 6.9");
     let before = state(&mut bench);
     for (line, expected) in cases {
@@ -69,7 +69,7 @@ fn a_refused_line_changes_nothing_and_says_why() {
 /// Values that are fine one by one and do not fit together are refused by `apply`, which then changes nothing.
 #[test]
 fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in
         ["set mode1.frequency_hz 1.1", "set mode1.damping_ratio 0.0074", "set mode1.type zvd", "apply"]
     {
@@ -102,7 +102,7 @@ fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
 
 #[test]
 fn get_shows_live_default_and_staged() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] {-}");
     bench.accept("set mode1.frequency_hz 1.0976");
     assert_eq!(bench.send("get mode1.frequency_hz")[0], "mode1.frequency_hz = 1 Hz [1] {-} staged 1.0976");
@@ -115,7 +115,7 @@ fn get_shows_live_default_and_staged() {
 
 #[test]
 fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let listed = bench.send("get");
     assert_eq!(listed.len(), Key::all().count() + 1);
     let last = &listed[listed.len() - 1];
@@ -136,7 +136,7 @@ fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
 /// side of it, unit and default with `get`.
 #[test]
 fn help_says_of_every_setting_what_it_means_its_unit_its_range_and_its_default_and_set_agrees() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let listed = bench.send("get");
     let mut sentences = std::collections::BTreeSet::new();
     for line in &listed[..listed.len() - 1] {
@@ -149,8 +149,9 @@ fn help_says_of_every_setting_what_it_means_its_unit_its_range_and_its_default_a
         assert_eq!(end, "ok help");
         let sentence = meaning.strip_prefix(&format!("{name}: ")).expect("the name first").to_owned();
         assert!(sentence.len() > 15 && sentence.ends_with('.'), "{meaning}");
-        // Modes are alike; everything else is said in words of its own.
-        assert!(sentences.insert(sentence.clone()) || name.starts_with("mode"), "{name}: {sentence} again");
+        // Modes are alike, and so are inputs; everything else is said in words of its own.
+        let alike = name.starts_with("mode") || name.starts_with("input");
+        assert!(sentences.insert(sentence.clone()) || alike, "{name}: {sentence} again");
 
         let accepted = accepted.strip_suffix(&format!("default {default}"));
         let accepted = accepted.unwrap_or_else(|| panic!("{help:?} has another default than {default}"));
@@ -188,7 +189,7 @@ fn help_says_of_every_setting_what_it_means_its_unit_its_range_and_its_default_a
 
 #[test]
 fn every_command_is_explained_alone_too() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let list = bench.send("help");
     for usage in list.iter().filter(|line| !line.starts_with(' ') && !line.starts_with("ok")) {
         let command = usage.split(' ').next().expect("a word");
@@ -198,7 +199,7 @@ fn every_command_is_explained_alone_too() {
 
 #[test]
 fn motions_and_tables_wait_for_their_turn() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in ["set mode1.type zvd", "apply"] {
         bench.accept(line);
     }
@@ -213,8 +214,7 @@ fn motions_and_tables_wait_for_their_turn() {
     bench.accept("set tick.rate_hz 2000");
     assert!(bench.refuse("apply").starts_with("err busy apply: not at rest but moving"));
     bench.run_to_rest();
-    bench.accept("apply");
-    bench.run_to_rest();
+    bench.apply_while_off();
     bench.accept("sweep linear 1 2 3 1");
     assert!(bench.refuse("shaper on").starts_with("err busy shaper: not at rest but sweeping"));
     bench.accept("stop");
@@ -225,7 +225,7 @@ fn motions_and_tables_wait_for_their_turn() {
 /// Every motion is named while it lasts, takes as long as announced, ends exactly where it should, and can be stopped.
 #[test]
 fn every_motion_is_named_lasts_as_announced_and_ends_exactly() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in
         ["set base.moving_mass_kg 2", "set mode1.frequency_hz 20", "set mode1.type zvd", "apply", "move 10"]
     {
@@ -274,7 +274,7 @@ fn every_motion_is_named_lasts_as_announced_and_ends_exactly() {
 /// A multisine borrows the memory of the next table: a table has to wait for it, and gets it back, stopped or not.
 #[test]
 fn a_multisine_gives_its_memory_back() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in ["set mode1.frequency_hz 2", "set mode1.type zvd", "apply"] {
         bench.accept(line);
         bench.run_to_rest();
@@ -302,7 +302,7 @@ fn a_multisine_gives_its_memory_back() {
 
 #[test]
 fn a_motion_that_needs_what_is_not_set_says_what() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     assert_eq!(
         bench.refuse("sweep linear 1 8 10 2N"),
         "err range sweep: a force needs the mass it moves; set base.moving_mass_kg and apply"
@@ -323,7 +323,7 @@ fn a_motion_that_needs_what_is_not_set_says_what() {
 
 #[test]
 fn a_move_is_shaped_exact_and_as_long_as_announced() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in [
         "set mode1.frequency_hz 1.1",
         "set mode1.damping_ratio 0.0074",
@@ -348,7 +348,7 @@ fn a_move_is_shaped_exact_and_as_long_as_announced() {
 
 #[test]
 fn samples_carry_every_nth_tick_and_count_the_lost() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.clear_log();
     bench.accept("stream on 3");
     bench.accept("move 1");
@@ -377,16 +377,16 @@ fn samples_carry_every_nth_tick_and_count_the_lost() {
 
 #[test]
 fn the_tick_rate_is_what_the_timer_can_divide() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("set tick.rate_hz 13000");
-    bench.accept("apply");
+    bench.apply_while_off();
     // 84 MHz / 6462 is nearest.
     assert_eq!(bench.send("info")[2], format!("tick_hz {}", 84e6 / 6462.0));
 }
 
 #[test]
 fn lines_are_edited_echoed_and_end_with_cr_lf_or_both() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     assert_eq!(bench.send_bytes(b"echo on\r"), "ok echo on\r\n> ");
     assert_eq!(bench.send_bytes(b"stp\x08\x7ftop\r"), "stp\x08 \x08\x08 \x08top\r\nok stop\r\n> ");
     bench.tick();
@@ -403,7 +403,7 @@ fn lines_are_edited_echoed_and_end_with_cr_lf_or_both() {
 
 #[test]
 fn lines_that_are_too_long_or_not_text_are_refused_whole() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let long = "x".repeat(MAX_LINE + 1);
     assert_eq!(bench.refuse(&long), format!("err syntax line: longer than {MAX_LINE} characters"));
     assert_eq!(bench.send_bytes(b"mo\xffve 5\r"), "err syntax line: byte 0xff is not printable ASCII\r\n");
@@ -419,7 +419,7 @@ proptest! {
     /// Any bytes: no panic, every reply fits, and the console still answers.
     #[test]
     fn any_bytes_leave_a_working_console(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
-        let mut bench = Bench::new();
+        let mut bench = Bench::enabled();
         for chunk in bytes.chunks(50) {
             bench.send_bytes(chunk);
             bench.tick();
@@ -447,7 +447,7 @@ proptest! {
         ),
         ticks in 0..30_usize,
     ) {
-        let mut bench = Bench::new();
+        let mut bench = Bench::enabled();
         for words in lines {
             let reply = bench.send(&words.join(" "));
             let verdicts =
@@ -464,7 +464,7 @@ proptest! {
 
 #[test]
 fn streams_are_text_unless_frames_are_asked_for() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for (line, expected) in [
         ("stream on", "ok stream on decimation=4"),
         ("stream on 7", "ok stream on decimation=7"),

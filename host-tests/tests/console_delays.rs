@@ -54,9 +54,8 @@ fn centroid_ms(mode: (f64, f64, &str)) -> f64 {
 fn duration_and_delay_of_zv_zvd_and_zvdd_are_the_closed_forms_on_the_tick_grid() {
     let mut worst_ticks = 0.0_f64;
     for rate_hz in [500.0, 1000.0, 4000.0, 20_000.0] {
-        let mut bench = Bench::new();
-        set(&mut bench, &[format!("tick.rate_hz {rate_hz}")]);
-        bench.run_to_rest();
+        let mut bench = Bench::enabled();
+        bench.set_up(&[&format!("set tick.rate_hz {rate_hz}")]);
         for (relative_hz, damping_ratio) in [(0.011, 0.0), (0.0031, 0.0074), (0.02, 0.05), (0.0447, 0.2)] {
             for kind in ["zv", "zvd", "zvdd", "zvddd"] {
                 let one = (relative_hz * f64::min(rate_hz, 4000.0), damping_ratio, kind);
@@ -86,7 +85,7 @@ fn duration_and_delay_of_zv_zvd_and_zvdd_are_the_closed_forms_on_the_tick_grid()
 
 #[test]
 fn two_modes_last_and_delay_as_long_as_both_together() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let modes = [(1.1, 0.0074, "zvdd"), (6.9, 0.0033, "zvd")];
     let reply = set(&mut bench, &[mode(1, modes[0]), mode(2, modes[1])].concat());
     // 3 half periods of 1819 ticks and 2 of 290.
@@ -102,7 +101,7 @@ const VELOCITY_MM_S: f64 = 20.0;
 
 /// A machine that moves steadily for 20 s, its samples taken in every tick.
 fn steady(kind: &str) -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let mut settings = mode(1, (1.1, 0.0074, kind)).to_vec();
     settings.push(format!("move.velocity_mm_s {VELOCITY_MM_S}"));
     set(&mut bench, &settings);

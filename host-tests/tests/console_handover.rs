@@ -4,7 +4,7 @@ use stillbeam_host_tests::bench::Bench;
 
 /// A slow machine with a long shaper, half-way through a move.
 fn half_way() -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in ["set mode1.frequency_hz 1.1", "set mode1.damping_ratio 0.0074", "set mode1.type zvdd"] {
         bench.accept(line);
     }
@@ -45,7 +45,7 @@ fn switching_the_shaper_off_while_moving_keeps_its_lag_and_the_speed_until_the_n
     bench.accept("move 10");
     let after = bench.run_to_rest();
     assert_eq!(lag_ms(&bench.accept("get")), None, "it has ended");
-    let mut plain = Bench::new();
+    let mut plain = Bench::enabled();
     for line in ["set move.velocity_mm_s 20", "apply", "shaper off"] {
         plain.accept(line);
     }
@@ -87,7 +87,7 @@ fn at_rest_there_is_no_lag() {
 /// A table that fits at rest can be too much for the memory together with the lag that it would need during the move.
 #[test]
 fn a_table_that_only_its_lag_makes_too_long_is_refused_until_rest() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in ["set mode1.frequency_hz 0.6", "set mode1.type zvdd", "set move.velocity_mm_s 20", "apply"] {
         bench.accept(line);
     }

@@ -27,7 +27,7 @@ fn info(bench: &mut Bench, key: &str) -> String {
 
 /// Ready for a plan that is quicker than the limits after reset.
 fn bench() -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in
         ["set move.velocity_mm_s 2000", "set move.acceleration_mm_s2 50000", "set move.jerk_mm_s3 1e7"]
     {
@@ -78,14 +78,14 @@ fn play_is_refused_without_a_plan_at_another_rate_and_while_something_moves() {
     assert!(bench.refuse("play").starts_with("err range play: no plan was uploaded"));
     upload(&mut bench, &plan());
     bench.accept("set tick.rate_hz 1000");
-    bench.accept("apply");
+    bench.apply_while_off();
     assert!(
         bench
             .refuse("play")
             .starts_with("err range play: the plan is for 4000 Hz, the board ticks at 1000 Hz")
     );
     bench.accept("set tick.rate_hz 4000");
-    bench.accept("apply");
+    bench.apply_while_off();
     bench.accept("play");
     bench.tick();
     assert_eq!(bench.activity(), Activity::Playing);
@@ -250,11 +250,11 @@ fn a_fault_ends_it_and_the_plan_can_be_played_again() {
         bench.tick();
     }
     bench.accept("emergency");
-    bench.tick();
+    while bench.tick().drive.enable {}
     let held = bench.tick().setpoint;
     assert!(bench.refuse("play").starts_with("err fault play"));
     assert_eq!(bench.tick().setpoint, held);
-    bench.accept("clear");
+    bench.clear_and_enable();
     bench.accept("play");
     assert_eq!(bench.run_to_rest().last(), Some(&(held.0 + 50_000_000)));
 }
@@ -270,7 +270,7 @@ proptest! {
         let whole = crc32(&bytes(&pieces));
         let lines = upload_lines(&pieces, RATE_HZ);
         let frames = &lines[1..lines.len() - 1];
-        let mut bench = Bench::new();
+        let mut bench = Bench::enabled();
         bench.accept(&lines[0]);
         let sequence = (0..frames.len()).flat_map(|next| [next].into_iter().chain(order.get(next).copied()));
         for (number, damage) in sequence.zip(damage) {

@@ -37,6 +37,8 @@ fn what_was_saved_runs_after_a_reset_with_the_same_table() {
     assert_eq!(bench.send("get mode1.type")[0], "mode1.type = zvd [off] {zvd}");
     assert_eq!(bench.send("get move.velocity_mm_s")[0], "move.velocity_mm_s = 123.5 mm/s [500] {123.5}");
     assert_eq!(bench.send("get tick.rate_hz")[0], "tick.rate_hz = 4000 Hz [4000] {-}");
+    bench.enable();
+    bench.clear_log();
     bench.accept("move 10");
     assert_eq!(bench.run_to_rest().last(), Some(&10_000_000));
 }
@@ -49,6 +51,8 @@ fn a_stored_tick_rate_is_the_one_after_a_reset() {
     }
     let mut bench = bench.reset();
     assert_eq!(info(&mut bench, "tick_hz"), "10000");
+    bench.enable();
+    bench.clear_log();
     bench.accept("move 1");
     assert_eq!(bench.run_to_rest().last(), Some(&1_000_000));
 }
@@ -77,11 +81,14 @@ fn the_flash_is_written_at_rest_only() {
         bench.accept(line);
     }
     bench.run_to_rest();
+    bench.enable();
     bench.accept("move 20");
     let refusal = "err busy save: not at rest but moving; wait or 'stop'";
     assert_eq!(bench.refuse("save"), refusal);
     bench.run_to_rest();
+    bench.disable();
     assert!(bench.accept("save").starts_with("ok save"));
+    bench.enable();
     bench.accept("sweep linear 1 2 2 1");
     assert_eq!(bench.refuse("save"), "err busy save: not at rest but sweeping; wait or 'stop'");
     let (operations, saved) = (bench.into_flash().operations(), MockFlash::new().operations());
@@ -92,7 +99,7 @@ fn the_flash_is_written_at_rest_only() {
 #[test]
 fn the_flash_is_not_touched_while_the_shaper_settles_nor_while_a_fault_holds() {
     let operations = |asked: bool| {
-        let mut bench = Bench::new();
+        let mut bench = Bench::enabled();
         for line in SHAPED {
             bench.accept(line);
         }
@@ -121,7 +128,7 @@ fn the_flash_is_not_touched_while_the_shaper_settles_nor_while_a_fault_holds() {
         if asked {
             bench.reset().into_flash().operations()
         } else {
-            assert_eq!(bench.accept("save"), "ok save written=4 stored=4");
+            assert_eq!(bench.accept("save"), "ok save written=5 stored=5");
             bench.reset().into_flash().operations()
         }
     };
@@ -140,7 +147,7 @@ fn a_fault_of_the_flash_is_reported_and_the_console_goes_on() {
     }
     assert!(bench.refuse("save").starts_with("err flash save: the flash reports a fault"));
     assert!(info(&mut bench, "settings_store").starts_with("the flash reports a fault"));
-    bench.accept("move 1");
+    bench.accept("get");
 }
 
 /// As an emulator has it: all bits cleared. The console says so, and the first save starts anew.
@@ -151,6 +158,9 @@ fn a_region_that_cannot_be_read_is_said_so_and_the_defaults_run() {
     assert!(info(&mut bench, "settings_store").starts_with("the settings region cannot be read"));
     bench.accept("set move.velocity_mm_s 100");
     bench.accept("apply");
+    assert!(bench.refuse("save").contains("settings confirm"), "nobody has said that what runs is wanted");
+    bench.accept("settings confirm");
+    bench.tick();
     assert_eq!(bench.accept("save"), "ok save written=1 stored=1");
     assert_eq!(info(&mut bench.reset(), "settings_loaded"), "1");
 }

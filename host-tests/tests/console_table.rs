@@ -58,7 +58,7 @@ fn info(bench: &mut Bench, key: &str) -> String {
 #[test]
 fn an_uploaded_cascade_is_the_designed_one_tick_by_tick() {
     let table = two_modes();
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     send(&mut bench, &table);
     assert_eq!(info(&mut bench, "shaper_crc32"), "0x00000000", "nothing runs before the commit");
     let crc = format!("0x{:08x}", table.crc32());
@@ -72,7 +72,7 @@ fn an_uploaded_cascade_is_the_designed_one_tick_by_tick() {
     bench.accept("move 50");
     let uploaded = bench.run_to_rest();
 
-    let mut designed = Bench::new();
+    let mut designed = Bench::enabled();
     for (number, (hz, zeta)) in [(1, (1.1, 0.0074)), (2, (6.9, 0.0033))] {
         designed.accept(&format!("set mode{number}.frequency_hz {hz}"));
         designed.accept(&format!("set mode{number}.damping_ratio {zeta}"));
@@ -86,7 +86,7 @@ fn an_uploaded_cascade_is_the_designed_one_tick_by_tick() {
 
 #[test]
 fn a_flat_table_with_a_negative_tap_runs_and_ends_exactly() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     send(&mut bench, &with_negative_tap());
     bench.accept("table commit");
     bench.run_to_rest();
@@ -100,7 +100,7 @@ fn a_flat_table_with_a_negative_tap_runs_and_ends_exactly() {
 /// In the middle of a move, like any table: no step beyond the command's, exact end.
 #[test]
 fn a_commit_while_moving_neither_jumps_nor_misses() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("set move.velocity_mm_s 20");
     bench.accept("apply");
     send(&mut bench, &two_modes());
@@ -121,7 +121,7 @@ fn every_wrong_frame_is_refused_and_the_upload_goes_on() {
     let table = with_negative_tap();
     let bytes = bytes(&table);
     let lines = frames(&bytes[..28]);
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let refused = |bench: &mut Bench, line: &str, expected: &str| {
         let error = bench.refuse(line);
         assert!(error.starts_with(expected), "{line:?} was answered {error:?}, not {expected:?}");
@@ -154,7 +154,7 @@ fn every_wrong_frame_is_refused_and_the_upload_goes_on() {
 
 #[test]
 fn what_is_whole_but_no_table_is_refused_with_the_tap_and_leaves_what_runs() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     send(&mut bench, &with_negative_tap());
     bench.accept("table commit");
     bench.run_to_rest();
@@ -187,7 +187,7 @@ fn what_is_whole_but_no_table_is_refused_with_the_tap_and_leaves_what_runs() {
 
 #[test]
 fn a_stored_table_runs_after_a_reset_and_the_modes_can_be_chosen_again() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     assert!(
         bench
             .refuse("set shaper.source other")
@@ -202,6 +202,7 @@ fn a_stored_table_runs_after_a_reset_and_the_modes_can_be_chosen_again() {
     bench.accept("table commit");
     assert_eq!(info(&mut bench, "table_stored"), "none");
     bench.run_to_rest();
+    bench.disable();
     bench.accept("save");
     let mut bench = bench.reset();
     assert_eq!(
@@ -226,7 +227,7 @@ fn a_stored_table_runs_after_a_reset_and_the_modes_can_be_chosen_again() {
 fn the_largest_table_is_shown_within_a_reply() {
     let mut taps: Vec<(u32, i32)> = (0..64).map(|place| (10_000 + place, -WEIGHT_ONE / 64)).collect();
     taps[63].1 = WEIGHT_ONE / 64 * 63 + WEIGHT_ONE;
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     send(&mut bench, &flat(&taps));
     bench.accept("table commit");
     // The bench fails where the board's buffer would overflow.
@@ -243,7 +244,7 @@ proptest! {
         let table = two_modes();
         let bytes = bytes(&table);
         let lines = frames(&bytes);
-        let mut bench = Bench::new();
+        let mut bench = Bench::enabled();
         bench.accept(&begin(&bytes));
         let sequence = (0..lines.len()).flat_map(|next| [next].into_iter().chain(order.get(next).copied()));
         for (number, damage) in sequence.zip(damage) {

@@ -10,7 +10,7 @@ fn with(contacts: Flags) -> Inputs {
 
 #[test]
 fn every_level_of_the_three_inputs_is_streamed_in_its_own_tick_and_shown_by_status() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("stream on 1");
     bench.tick();
     bench.samples();
@@ -30,7 +30,7 @@ fn every_level_of_the_three_inputs_is_streamed_in_its_own_tick_and_shown_by_stat
 
 #[test]
 fn an_input_ends_no_motion_and_reaches_no_other_flag() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("move 10");
     while bench.activity() != Activity::Rest {
         // Whatever the hardware reads, nothing but its three bits counts.
@@ -46,7 +46,7 @@ fn an_input_ends_no_motion_and_reaches_no_other_flag() {
 /// A fault's bits and the inputs' do not hide each other.
 #[test]
 fn inputs_are_streamed_during_a_fault_too() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept("stream on 1");
     bench.accept("emergency");
     bench.tick();

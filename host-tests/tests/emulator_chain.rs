@@ -64,6 +64,7 @@ fn under_std(settings: &[String], motion: &str) -> Vec<(i32, i32)> {
         bench.accept(line);
     }
     bench.run_to_rest();
+    bench.enable();
     bench.accept("stream on 1");
     bench.samples();
     bench.tick();
@@ -103,6 +104,7 @@ fn two_modes_set_over_the_serial_port_leave_the_beam_still() {
         }
         assert_eq!(applied, expected, "the board runs the table that the host computes");
 
+        session.enable_virtual_drive().expect("enabled");
         // An emulator on a busy computer comes to rest later than a board, for which a motion waits 20 s.
         session.wait_for_rest(REST_LIMIT).expect("rest before the move");
         let motion = session.run_motion("move 50", 1, 0.0, &mut |_| {}).expect("the move is streamed");
@@ -134,6 +136,7 @@ fn percentage_vibration(modes: &[Mode], shaped: &[(i32, i32)], unshaped: &[(i32,
 fn sweeps_and_stops_are_those_of_the_host_bit_for_bit() {
     let Some(image) = image() else { return };
     let (_emulator, mut session) = boot(&image, EVERY_TICK_SHIFT);
+    session.enable_virtual_drive().expect("enabled");
     for motion in ["sweep exponential 0.5 40 2 0.05", "sweep linear 20 1 1.5 0.2", "move -33.3"] {
         let streamed = session.run_motion(motion, 1, 0.0, &mut |_| {}).expect("streamed");
         let (board, host) = (of_board(&streamed), under_std(&[], motion));
@@ -153,9 +156,11 @@ fn at_other_tick_rates_a_shaped_move_is_the_hosts_bit_for_bit() {
         let mut settings = vec![format!("set tick.rate_hz {rate_hz}")];
         settings.extend(["set move.profile s_curve".to_owned(), "set mode2.type off".to_owned()]);
         settings.extend(shaper_settings(&[Mode { frequency_hz: 13.0, ..beam_modes()[0].clone() }], "zvdd"));
+        session.disable_drive().expect("disabled");
         for line in &settings {
             session.command_when_ready(line).expect(line);
         }
+        session.enable_virtual_drive().expect("enabled");
         assert_eq!(session.tick_hz().expect("info"), rate_hz);
         let motion = session.run_motion("move 5", decimation, 0.0, &mut |_| {}).expect("streamed");
         let (board, host) = (of_board(&motion), under_std(&settings, "move 5"));
@@ -226,6 +231,7 @@ fn a_table_changed_in_the_middle_of_a_move_neither_jumps_nor_misses() {
     for line in ["set move.velocity_mm_s 4", "apply"] {
         session.command_when_ready(line).expect("accepted");
     }
+    session.enable_virtual_drive().expect("enabled");
     session.command_when_ready("move 50").expect("accepted");
     session.command("shaper off").expect("taken while moving");
     assert_eq!(session.command("status").expect("status").line("state"), Some("moving"));
@@ -265,6 +271,7 @@ fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
     for line in ["set move.velocity_mm_s 100", "apply"] {
         session.command(line).expect(line);
     }
+    session.command("settings confirm").expect("what runs is what is wanted");
     match session.command("save") {
         Err(BoardError::Refused { code, name, reason, .. }) => {
             assert_eq!((code.as_str(), name.as_str()), ("flash", "save"));
@@ -272,6 +279,7 @@ fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
         }
         answer => panic!("{answer:?}"),
     }
+    session.enable_virtual_drive().expect("enabled");
     session.command("move 1").expect("accepted");
     assert_eq!(session.wait_for_rest(REST_LIMIT).expect("rest"), 1_000_000);
 }
@@ -285,6 +293,7 @@ fn every_tick_can_be_streamed_in_frames() {
     for line in shaper_settings(&beam_modes(), "zvdd") {
         session.command_when_ready(&line).expect("accepted");
     }
+    session.enable_virtual_drive().expect("enabled");
     let motion = session.record_motion("move 20", 1, 0.2, &mut |_| {}).expect("streamed");
     assert_eq!(motion.gaps, [], "of {} samples from tick {}", motion.samples.len(), motion.samples[0].tick);
     assert!(motion.samples.len() > 6000, "{} samples", motion.samples.len());

@@ -137,7 +137,7 @@ fn last_writes(
 fn a_panic_and_a_hard_fault_make_the_outputs_safe_before_they_write_the_record() {
     let Some(image) = image() else { return };
     let site = panic_site::find(&image).expect("an image has places that panic");
-    const DISABLED: (u32, u32) = (DRIVE_ENABLE, 1 << 16);
+    const DISABLED: (u32, u32) = (DRIVE_ENABLE, 1 << 16 | 1 << 26);
     const NO_STEPS: (u32, u32) = (STEP_TIMER, 1 << 3);
     const STANDSTILL: (u32, u32) = (ANALOG, 2048);
     for (quantity, safe) in
@@ -147,9 +147,11 @@ fn a_panic_and_a_hard_fault_make_the_outputs_safe_before_they_write_the_record()
             let mut emulator = boot(&image);
             let mut session = talk(&emulator);
             session.command_when_ready(&format!("set analog.quantity {quantity}")).expect("accepted");
-            for line in ["set move.velocity_mm_s 5", "apply", "move 100"] {
+            for line in ["set move.velocity_mm_s 5", "apply"] {
                 session.command_when_ready(line).expect(line);
             }
+            session.enable_virtual_drive().expect("enabled");
+            session.command_when_ready("move 100").expect("accepted");
             drop(session);
             let (writes, record) = last_writes(&mut emulator, |register, memory| {
                 let nowhere = CRASH - 64;
@@ -175,6 +177,7 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
     let mut emulator = boot(&image);
     {
         let mut session = talk(&emulator);
+        session.enable_virtual_drive().expect("enabled");
         session.command("move 20").expect("accepted");
     }
     // An undefined instruction in memory of the test's own choice: unused RAM below the record.
@@ -192,18 +195,20 @@ fn a_hard_fault_is_recorded_outlives_the_reset_and_holds_the_machine_until_clear
     assert_eq!(info(&mut session, "reset"), "watchdog");
     assert_eq!(info(&mut session, "crash"), record.to_string());
     let status = session.command("status").expect("status");
-    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("disabled")));
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("fault")));
     assert!(session.command("move 1").expect_err("held").to_string().contains("clear"));
     session.command("crash clear").expect("forgotten");
     session.command_when_ready("clear").expect("cleared");
     let status = session.command("status").expect("status");
-    assert_eq!((status.line("fault"), status.line("drive")), (Some("none"), Some("enabled")));
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("none"), Some("not_ready")));
+    assert!(session.command("move 1").expect_err("the drive is off").to_string().contains("enable"));
+    session.enable_virtual_drive().expect("enabled");
     session.command("move 1").expect("accepted");
     assert_eq!(session.wait_for_rest(REST_LIMIT).expect("rest"), 1_000_000, "the tick runs");
 }
 
 #[test]
-fn a_reset_without_a_crash_leaves_a_machine_that_can_move() {
+fn a_reset_without_a_crash_leaves_a_drive_that_is_off_until_it_is_enabled() {
     let Some(image) = image() else { return };
     let mut emulator = boot(&image);
     for _ in 0..2 {
@@ -215,7 +220,9 @@ fn a_reset_without_a_crash_leaves_a_machine_that_can_move() {
         (info(&mut session, "reset"), info(&mut session, "crash")),
         ("software".into(), "none".into())
     );
-    assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+    assert_eq!(session.command("status").expect("status").line("drive"), Some("not_ready"));
+    assert!(session.command("move 1").expect_err("the drive is off").to_string().contains("enable"));
+    session.enable_virtual_drive().expect("enabled");
     session.command("move 1").expect("accepted");
     assert_eq!(session.wait_for_rest(PATIENCE).expect("rest"), 1_000_000, "the tick runs");
 }
@@ -238,9 +245,11 @@ fn a_reset_so_late_that_the_tick_would_stand_still_is_an_error() {
     let mut emulator = boot(&image);
     let mut session = talk(&emulator);
     // A second of the board is 84 ms of virtual time, whatever the tick rate; the fewer ticks, the sooner it is over.
-    for line in ["set tick.rate_hz 500", "apply", "decay 10 60"] {
+    for line in ["set tick.rate_hz 500", "apply"] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_virtual_drive().expect("enabled");
+    session.command_when_ready("decay 10 60").expect("accepted");
     session.wait_for_rest(PATIENCE).expect("rest");
     drop(session);
     let late = emulator.reset(SOFTWARE_RESET, BOOT_LIMIT);
@@ -268,7 +277,7 @@ fn a_panic_of_the_release_image_is_recorded_with_its_place_and_holds_the_machine
     let mut session = talk(&emulator);
     assert_eq!(info(&mut session, "crash"), record.to_string());
     let status = session.command("status").expect("status");
-    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("disabled")));
+    assert_eq!((status.line("fault"), status.line("drive")), (Some("restart"), Some("fault")));
 }
 
 #[test]
@@ -289,26 +298,41 @@ fn a_stack_that_runs_over_ends_in_a_fault_that_is_recorded() {
 }
 
 #[test]
-fn an_edge_at_the_emergency_input_stops_the_machine_until_cleared() {
+fn an_edge_at_the_emergency_input_stops_the_machine_until_cleared_and_enabled() {
     let Some(image) = image() else { return };
     let mut emulator = boot(&image);
     let mut session = talk(&emulator);
-    for line in ["set emergency.input high", "set move.velocity_mm_s 5", "apply", "move 100"] {
-        session.command_when_ready(line).expect(line);
-    }
     // The emulator has no port B to drive. The edge's interrupt is set pending as the edge would: EXTI1 is number 7.
     const PEND: u32 = 0xe000_e200;
-    let mut client = emulator.debug().expect("a link");
-    client.write_word(PEND, 1 << 7).expect("pending");
-    client.detach().expect("detached");
-    let status = session.command("status").expect("status");
-    assert_eq!((status.line("fault"), status.line("drive")), (Some("emergency"), Some("disabled")));
-    let events = session.command("events").expect("events");
-    assert!(events.lines.iter().any(|event| event.ends_with("emergency 1")), "{events:?}");
-    let held = status.line("setpoint_nm").map(str::to_owned);
-    assert_eq!(session.command("status").expect("status").line("setpoint_nm"), held.as_deref());
-    session.command_when_ready("clear").expect("cleared");
-    assert_eq!(session.command("status").expect("status").line("drive"), Some("enabled"));
+    for category in ["category_0", "category_1"] {
+        session.disable_drive().expect("off");
+        for line in [
+            "set emergency.input high",
+            "set move.velocity_mm_s 5",
+            &format!("set emergency.stop {category}"),
+            "apply",
+        ] {
+            session.command_when_ready(line).expect(line);
+        }
+        session.enable_virtual_drive().expect("enabled");
+        session
+            .command_when_ready(if category == "category_0" { "move 100" } else { "move -100" })
+            .expect("accepted");
+        let mut client = emulator.debug().expect("a link");
+        client.write_word(PEND, 1 << 7).expect("pending");
+        client.detach().expect("detached");
+        while session.drive_state().expect("status") == "stopping" {}
+        let status = session.command("status").expect("status");
+        assert_eq!((status.line("fault"), status.line("drive")), (Some("emergency"), Some("fault")));
+        let events = session.command("events").expect("events");
+        assert!(events.lines.iter().any(|event| event.ends_with("emergency 1")), "{events:?}");
+        let held = status.line("setpoint_nm").map(str::to_owned);
+        assert_eq!(session.command("status").expect("status").line("setpoint_nm"), held.as_deref());
+        session.command_when_ready("clear").expect("cleared");
+        let status = session.command("status").expect("status");
+        let known = if category == "category_0" { "position" } else { "nothing" };
+        assert_eq!(status.line("lacking"), Some(known), "a machine that has coasted is anywhere");
+    }
 
     // The port reads low there, which is a level to act on too.
     for line in ["set emergency.input low", "apply"] {

@@ -50,9 +50,11 @@ fn a_stop_byte_behind_half_a_line_stops_the_image_with_checksums_on() {
     let Some(image) = image() else { return };
     let emulator = boot(&image);
     let mut session = talk(&emulator);
-    for line in ["set move.velocity_mm_s 5", "apply", "move 100"] {
+    for line in ["set move.velocity_mm_s 5", "apply"] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_virtual_drive().expect("enabled");
+    session.command_when_ready("move 100").expect("accepted");
     drop(session);
     let mut raw = port(&emulator);
     raw.write_all(b"checksum on\r").expect("written");

@@ -28,7 +28,9 @@ fn boot() -> Option<(Emulator, Session)> {
     let emulator = Emulator::boot(&image, &options).expect("the image boots");
     let path = emulator.serial_port().to_str().expect("a readable path").to_owned();
     let port = SerialBoard::open(&path).expect("the port opens");
-    Some((emulator, Session::start(Box::new(port)).expect("the console answers")))
+    let mut session = Session::start(Box::new(port)).expect("the console answers");
+    session.enable_virtual_drive().expect("enabled");
+    Some((emulator, session))
 }
 
 fn boxes() -> Vec<ModeBox> {
@@ -169,13 +171,17 @@ fn what_goes_wrong_on_the_way_is_refused_and_nothing_is_played() {
         }
         answer => panic!("{answer:?}"),
     }
+    session.disable_drive().expect("off");
     for line in ["set tick.rate_hz 2000", "apply"] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_drive().expect("enabled");
     refused(&mut session, "play", "range", "the plan is for 4000 Hz, the board ticks at 2000 Hz");
+    session.disable_drive().expect("off");
     for line in ["set tick.rate_hz 4000", "apply"] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_drive().expect("enabled");
     session.command_when_ready("play").expect("the one that was committed");
     let end_nm = session.wait_for_rest(REST_LIMIT).expect("rest");
     assert_eq!(end_nm, 50_000_000);

@@ -37,6 +37,7 @@ fn count(kind: &str, lines: &[&str]) -> Option<(StepTimer, f64)> {
     ] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_virtual_drive().expect("enabled");
     let end = Arc::new(AtomicBool::new(false));
     let client = emulator.debug().expect("a link");
     let server = std::thread::spawn({
@@ -62,9 +63,9 @@ fn every_step_of_a_move_and_a_stop_is_made_and_harmless_settings_cut_no_train() 
             kind,
             &[
                 "move 30",
-                "set fault.limit disable",
+                "set fault.limit category_0",
                 "apply",
-                "set fault.limit hold",
+                "set fault.limit category_2",
                 "apply",
                 "set stream.decimation 9",
                 "apply",

@@ -117,6 +117,7 @@ fn the_watchdog_is_fed_whatever_the_console_does() {
     for line in lines.into_iter().chain(["set travel.max_mm 8".to_owned(), "apply".to_owned()]) {
         board.session.command_when_ready(&line).expect(&line);
     }
+    board.session.enable_virtual_drive().expect("enabled");
     let shortest_s =
         OSCILLATOR_HZ.map(|hz| Patience::NORMAL.seconds(hz)).into_iter().fold(f64::INFINITY, f64::min);
     let allowed = (shortest_s * f64::from(HEARTBEATS_PER_S)) as u32 - 1;

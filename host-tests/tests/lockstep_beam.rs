@@ -52,7 +52,7 @@ fn the_published_results_are_those_of_this_code() {
 /// What the beam's modes are left with, in nanometres, after a motion with this profile and shaper, stopped after so many ticks
 /// if at all.
 fn left_nm(profile: &str, shaper: &str, motion: &str, stop_after: Option<usize>) -> [f64; 2] {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     bench.accept(&format!("set move.profile {profile}"));
     for ((frequency_hz, damping_ratio), number) in DESIGN.into_iter().zip(1..) {
         bench.accept(&format!("set mode{number}.frequency_hz {frequency_hz}"));

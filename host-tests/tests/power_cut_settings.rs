@@ -188,7 +188,7 @@ fn a_power_cut_leaves_the_old_table_or_the_new_one_whole() {
     let (mut cuts, mut flash, mut old) = (0, MockFlash::new(), None);
     let mut settings = Settings::default();
     settings.use_uploaded_table();
-    for seed in 0..40 {
+    for seed in 0..100 {
         let new = uploaded(1 + (7 * seed as usize) % 24, seed);
         let mut store = SettingsStore::new(flash.clone());
         block_on(store.save(&settings, Some(&new))).expect("saved");

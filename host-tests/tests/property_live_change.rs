@@ -133,7 +133,7 @@ fn rest(bench: &mut Bench) {
 }
 
 fn machine(journey: &Journey) -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for setting in [
         format!("tick.rate_hz {}", journey.rate_hz),
         format!("move.profile {}", journey.profile),
@@ -143,7 +143,7 @@ fn machine(journey: &Journey) -> Bench {
     ] {
         bench.accept(&format!("set {setting}"));
     }
-    bench.accept("apply");
+    bench.apply_while_off();
     rest(&mut bench);
     for change in &journey.first {
         change.make(&mut bench, journey.rate_hz);
@@ -278,8 +278,11 @@ fn hold(journey: &Journey, taken: &Taken) -> Result<(), TestCaseError> {
         }
         bench.tick();
     }
-    let held = bench.tick().setpoint;
-    bench.tick_with(Inputs { emergency: true, ..Inputs::default() });
+    let mut output = bench.tick_with(Inputs { emergency: true, ..Inputs::default() });
+    while output.drive.enable {
+        output = bench.tick();
+    }
+    let held = output.setpoint;
     bench.clear_log();
     for (part, change) in changes {
         taken.count(&change.make(&mut bench, journey.rate_hz), true);
@@ -300,6 +303,8 @@ fn hold(journey: &Journey, taken: &Taken) -> Result<(), TestCaseError> {
     }
     let moved = bench.take_log().into_iter().find(|setpoint_nm| *setpoint_nm != held.0);
     prop_assert_eq!(moved, None, "held at {:?}", held);
+    bench.enable();
+    bench.clear_log();
     bench.accept("move 0");
     rest_and_check(&mut bench, held.0, journey)
 }

@@ -77,7 +77,7 @@ impl Case {
 }
 
 fn prepare(case: &Case, [velocity, acceleration, jerk]: [f64; 3]) -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in [
         format!("tick.rate_hz {}", case.rate_hz),
         format!("move.profile {}", case.profile),
@@ -89,7 +89,7 @@ fn prepare(case: &Case, [velocity, acceleration, jerk]: [f64; 3]) -> Bench {
     ] {
         bench.accept(&format!("set {line}"));
     }
-    bench.accept("apply");
+    bench.apply_while_off();
     bench.run_to_rest();
     for line in upload_lines(&case.pieces, case.rate_hz) {
         bench.accept(&line);

@@ -152,17 +152,16 @@ proptest! {
 
 #[test]
 fn the_steps_of_a_whole_shaped_move_add_up_to_the_distance() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in [
         "set mode1.frequency_hz 3",
         "set mode1.type zvd",
         "set pulses.kind step",
         "set pulses.steps_per_mm 80",
-        "apply",
     ] {
         bench.accept(line);
     }
-    bench.run_to_rest();
+    bench.apply_while_off();
     let mut made = 0;
     for (target, total) in [("move 37.5", 3000), ("move -12.34", -987), ("move 0", 0)] {
         bench.console().feed(b'\r', &mut String::new());
@@ -181,7 +180,8 @@ fn the_steps_of_a_whole_shaped_move_add_up_to_the_distance() {
 
 #[test]
 fn settings_whose_steps_cannot_follow_the_velocity_limit_are_refused() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
+    bench.disable();
     for line in ["set pulses.kind quadrature", "set pulses.steps_per_mm 1000"] {
         bench.accept(line);
     }
@@ -197,21 +197,22 @@ fn settings_whose_steps_cannot_follow_the_velocity_limit_are_refused() {
 }
 
 #[test]
-fn a_scale_changes_only_while_the_setpoint_stands_still() {
-    let mut bench = Bench::new();
+fn a_scale_changes_only_while_the_drive_is_off() {
+    let mut bench = Bench::enabled();
     bench.accept("move 100");
     bench.accept("set analog.gain 1.01");
-    assert!(bench.refuse("apply").starts_with("err busy apply:"));
+    assert!(bench.refuse("apply").starts_with("err fault apply: the drive is on"));
     bench.run_to_rest();
+    assert!(bench.refuse("apply").starts_with("err fault apply: the drive is on"));
+    bench.disable();
     bench.accept("apply");
 }
 
 #[test]
 fn an_analog_velocity_is_zero_while_a_fault_holds_the_setpoint() {
-    let mut bench = Bench::new();
-    for line in ["set analog.quantity velocity", "set analog.offset_mV 100", "apply", "move 100"] {
-        bench.accept(line);
-    }
+    let mut bench = Bench::enabled();
+    bench.set_up(&["set analog.quantity velocity", "set analog.offset_mV 100"]);
+    bench.accept("move 100");
     let zero = 2048 + 124;
     for _ in 0..200 {
         bench.tick();
@@ -219,5 +220,12 @@ fn an_analog_velocity_is_zero_while_a_fault_holds_the_setpoint() {
     // 250 mm/s of 1000 are 450 codes.
     assert!(bench.tick().analog.0 > zero + 440);
     bench.accept("emergency");
+    let mut before = bench.tick().analog.0;
+    while before > zero {
+        let braked = bench.tick();
+        assert!(braked.analog.0 <= before && braked.drive.enable, "it is braked, not dropped");
+        before = braked.analog.0;
+    }
+    while bench.tick().drive.enable {}
     assert_eq!(bench.tick().analog.0, zero);
 }

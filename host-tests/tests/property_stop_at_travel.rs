@@ -99,7 +99,7 @@ fn upload_negative(bench: &mut Bench) {
 }
 
 fn prepare(case: &Case) -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let Case { rate_hz, profile, velocity_mm_s, acceleration_mm_s2, jerk_mm_s3, shaper, .. } = case;
     for line in [
         format!("tick.rate_hz {rate_hz}"),
@@ -112,7 +112,7 @@ fn prepare(case: &Case) -> Bench {
     ] {
         bench.accept(&format!("set {line}"));
     }
-    bench.accept("apply");
+    bench.apply_while_off();
     if *shaper == "negative" {
         upload_negative(&mut bench);
     }

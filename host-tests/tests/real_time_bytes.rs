@@ -6,7 +6,7 @@ use stillbeam_firmware::telemetry::Activity;
 use stillbeam_host_tests::bench::Bench;
 
 fn moving(lines: &[&str]) -> Bench {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for line in lines.iter().chain(&["apply", "move 200"]) {
         bench.accept(line);
     }
@@ -99,7 +99,7 @@ proptest! {
 
 #[test]
 fn a_line_that_lacks_bytes_is_refused_whole() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     let reply = bench.send_bytes(&[b"move 10".as_slice(), &[SUBSTITUTE], b"\r"].concat());
     assert!(reply.starts_with("err crc line: bytes of it were lost"), "{reply}");
     assert_eq!(bench.activity(), Activity::Rest);

@@ -132,5 +132,6 @@ fn a_crash_is_shown_until_it_is_cleared_and_holds_the_machine_until_that_is() {
     assert_eq!(bench.send("crash clear"), ["ok crash clear"]);
     assert!(bench.send("info").contains(&"crash none".to_owned()));
     assert_eq!(bench.accept("clear"), "ok clear restart");
+    bench.enable();
     bench.accept("move 1");
 }

@@ -22,7 +22,7 @@ struct Driven {
 impl Driven {
     fn new() -> Self {
         Self {
-            bench: Bench::new(),
+            bench: Bench::enabled(),
             timer: StepTimer::default(),
             configured: PulseConfiguration::default(),
             clocks_per_tick: 42_000,
@@ -117,30 +117,35 @@ fn action() -> impl Strategy<Value = (String, usize)> {
     let line = prop_oneof![
         4 => (-40.0..40.0_f64).prop_map(|to| format!("move {to:.3}")),
         1 => Just("stop".to_owned()),
-        1 => Just("set fault.limit disable\rapply".to_owned()),
-        1 => Just("set fault.limit hold\rapply".to_owned()),
+        1 => Just("set fault.limit category_0\rapply".to_owned()),
+        1 => Just("set fault.limit category_2\rapply".to_owned()),
         1 => Just("set stream.decimation 7\rapply".to_owned()),
         1 => Just("set mode1.type zvd\rset mode1.frequency_hz 20\rapply".to_owned()),
         1 => Just("set mode1.type off\rapply".to_owned()),
-        1 => Just("set tick.rate_hz 1000\rapply".to_owned()),
-        1 => Just("set tick.rate_hz 4000\rapply".to_owned()),
-        1 => Just("set pulses.width_us 2.5\rapply".to_owned()),
-        1 => Just("set analog.gain 1.1\rapply".to_owned()),
+        1 => Just("disable\rset tick.rate_hz 1000\rapply".to_owned()),
+        1 => Just("disable\rset tick.rate_hz 4000\rapply".to_owned()),
+        1 => Just("disable\rset pulses.width_us 2.5\rapply".to_owned()),
+        1 => Just("disable\rset analog.gain 1.1\rapply".to_owned()),
+        4 => Just("enable".to_owned()),
     ];
     (line, 0..600_usize)
 }
 
 fn play(kind: &str, setup_us: u32, actions: &[(String, usize)]) -> Driven {
     let mut driven = Driven::new();
+    driven.send("disable");
+    (0..4).for_each(|_| _ = driven.tick());
     for line in [
         &format!("set pulses.kind {kind}"),
         &format!("set pulses.setup_us {setup_us}"),
         "set pulses.steps_per_mm 200",
         "set move.velocity_mm_s 300",
         "apply",
+        "enable",
     ] {
         driven.send(line);
     }
+    (0..4).for_each(|_| _ = driven.tick());
     let per_step = if kind == "quadrature" { 2.0 } else { 1.0 };
     for (line, ticks) in actions {
         for line in line.split('\r') {
@@ -194,7 +199,7 @@ fn harmless_settings_applied_during_a_move_cut_no_train() {
         for tick in 0..800 {
             // The table before the last takes some 240 ticks to run out.
             if tick % 300 == 25 {
-                let reaction = if tick == 325 { "hold" } else { "disable" };
+                let reaction = if tick == 325 { "category_2" } else { "category_0" };
                 driven.send(&format!("set fault.limit {reaction}"));
                 let reply = driven.send("apply");
                 assert!(reply.starts_with("ok apply"), "accepted while it moves: {reply}");

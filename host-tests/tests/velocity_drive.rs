@@ -15,10 +15,11 @@ fn velocity_mm_s(code: DacCode) -> f64 {
 }
 
 fn velocity_bench(lines: &[&str]) -> Bench {
-    let mut bench = Bench::new();
-    for line in ["set analog.quantity velocity"].iter().chain(lines).chain(&["apply"]) {
+    let mut bench = Bench::enabled();
+    for line in ["set analog.quantity velocity"].iter().chain(lines) {
         bench.accept(line);
     }
+    bench.apply_while_off();
     bench.run_to_rest();
     bench
 }
@@ -54,7 +55,8 @@ fn a_slow_move_covers_its_whole_distance() {
 
 #[test]
 fn a_velocity_limit_that_the_output_cannot_tell_is_refused() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
+    bench.disable();
     for line in ["set analog.quantity velocity", "set analog.full_scale_mm_s 400"] {
         bench.accept(line);
     }
@@ -69,7 +71,8 @@ fn a_velocity_limit_that_the_output_cannot_tell_is_refused() {
 
 #[test]
 fn a_position_loop_asks_for_what_it_needs() {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
+    bench.disable();
     bench.accept("set loop.gain_per_s 20");
     for (needs, line) in [
         ("analog.quantity velocity", "set analog.quantity velocity"),
@@ -182,7 +185,7 @@ fn a_drive_that_does_not_follow_is_a_fault_and_gets_zero_velocity() {
     }
     let status = bench.send("status");
     assert!(status.iter().any(|line| line == "fault encoder"), "{status:?}");
-    assert_eq!((last.drive_enabled, last.analog), (false, DacCode::MIDDLE));
+    assert_eq!((last.drive.enable, last.analog), (false, DacCode::MIDDLE));
 }
 
 #[test]
@@ -192,6 +195,8 @@ fn nothing_is_owed_once_the_drive_was_disabled() {
     for _ in 0..4001 {
         bench.tick();
     }
+    bench.accept("set emergency.stop category_0");
+    bench.accept("apply");
     bench.accept("emergency");
     bench.accept("clear");
     for _ in 0..100 {

@@ -1,5 +1,5 @@
-//! The emergency input: PB1 with a pull-up. Its edge disables the drive at once, by an interrupt of the tick's priority; the
-//! tick looks at the level too, and latches.
+//! The emergency input: PB1 with a pull-up. With a stop of category 0 its edge disables the drive at once, by an interrupt
+//! of the tick's priority; the tick looks at the level too, latches, and brakes with one of category 1.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -9,6 +9,7 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Pupdr;
 
 use super::outputs;
+use crate::drive::Outputs;
 use crate::settings::EmergencyInput;
 
 /// PB1, and the line of the same number.
@@ -17,7 +18,11 @@ const PIN: usize = 1;
 const PORT_B: u8 = 1;
 
 /// An [`EmergencyInput`], as a number.
-static INPUT: AtomicU8 = AtomicU8::new(EmergencyInput::Off as u8);
+static INPUT: AtomicU8 = AtomicU8::new(NOT_WIRED);
+/// The number of an input that is not looked at.
+const NOT_WIRED: u8 = EmergencyInput::Unset as u8;
+/// The edge itself disables the drive: a stop of category 0.
+static AT_ONCE: AtomicBool = AtomicBool::new(true);
 /// There was an edge since the last tick.
 static EDGE: AtomicBool = AtomicBool::new(false);
 
@@ -42,8 +47,17 @@ pub fn set_input(input: EmergencyInput) {
     // What was pending under the old setting is forgotten.
     pac::EXTI.pr(0).write(|pending| pending.set_line(PIN, true));
     EDGE.store(false, Ordering::Relaxed);
-    INPUT.store(input as u8, Ordering::Relaxed);
-    pac::EXTI.imr(0).modify(|mask| mask.set_line(PIN, input != EmergencyInput::Off));
+    INPUT.store(if is_wired(input) { input as u8 } else { NOT_WIRED }, Ordering::Relaxed);
+    pac::EXTI.imr(0).modify(|mask| mask.set_line(PIN, is_wired(input)));
+}
+
+/// Says whether the edge disables the drive at once, or the tick brakes it.
+pub fn set_at_once(at_once: bool) {
+    AT_ONCE.store(at_once, Ordering::Relaxed);
+}
+
+fn is_wired(input: EmergencyInput) -> bool {
+    matches!(input, EmergencyInput::High | EmergencyInput::Low)
 }
 
 /// Whether the input is active, or was since the last call. The tick alone calls it.
@@ -51,7 +65,7 @@ pub fn set_input(input: EmergencyInput) {
 pub fn is_active() -> bool {
     let input = INPUT.load(Ordering::Relaxed);
     // Short where nothing is wired, because this is in every tick.
-    if input == EmergencyInput::Off as u8 {
+    if input == NOT_WIRED {
         return false;
     }
     let edge = EDGE.load(Ordering::Relaxed);
@@ -62,7 +76,9 @@ pub fn is_active() -> bool {
 
 #[interrupt]
 fn EXTI1() {
-    outputs::set_drive_enabled(false);
+    if AT_ONCE.load(Ordering::Relaxed) {
+        outputs::set_drive(Outputs::default());
+    }
     EDGE.store(true, Ordering::Relaxed);
     pac::EXTI.pr(0).write(|pending| pending.set_line(PIN, true));
 }

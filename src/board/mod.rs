@@ -5,6 +5,7 @@
 //! | console and telemetry | USART1, PA9 (TX), PA10 (RX), 921 600 baud 8N1 |
 //! | analog command | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
+//! | brake | PB10, high opens |
 //! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |

@@ -1,27 +1,33 @@
-//! The outputs that move the machine: the analog setpoint and the drive enable.
+//! The outputs that move the machine: the analog setpoint, the drive enable and the brake.
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
 use embassy_stm32::pac;
 
 use super::step_pulses;
+use crate::drive::Outputs;
 use crate::servo::DacCode;
 
 /// PB0.
 const ENABLE_PIN: usize = 0;
+/// PB10: high opens the brake.
+const BRAKE_PIN: usize = 10;
 
 /// Puts the outputs into their safe state and hands them to the firmware: analog output in the middle, drive
 /// disabled. Call once, after the clocks are set up.
 pub fn configure() {
-    // PA4 analog, PB0 a push-pull output that starts low.
+    // PA4 analog, PB0 and PB10 push-pull outputs that start low.
     pac::RCC.ahb1enr().modify(|clocks| {
         clocks.set_gpioaen(true);
         clocks.set_gpioben(true);
     });
     pac::RCC.apb1enr().modify(|clocks| clocks.set_dacen(true));
-    set_drive_enabled(false);
+    set_drive(Outputs::default());
     pac::GPIOA.moder().modify(|modes| modes.set_moder(4, pac::gpio::vals::Moder::ANALOG));
-    pac::GPIOB.moder().modify(|modes| modes.set_moder(ENABLE_PIN, pac::gpio::vals::Moder::OUTPUT));
+    pac::GPIOB.moder().modify(|modes| {
+        modes.set_moder(ENABLE_PIN, pac::gpio::vals::Moder::OUTPUT);
+        modes.set_moder(BRAKE_PIN, pac::gpio::vals::Moder::OUTPUT);
+    });
     set_analog(DacCode::MIDDLE);
     pac::DAC1.cr().modify(|control| control.set_en(0, true));
 }
@@ -44,14 +50,14 @@ pub fn set_analog(code: DacCode) {
     pac::DAC1.dhr12r(0).write(|value| value.set_dhr(code.0));
 }
 
-/// Enables or disables the drive. One store, so it is safe in any context.
-pub fn set_drive_enabled(enabled: bool) {
+/// Enables or disables the drive, opens or closes the brake. One store, so it is safe in any context.
+#[inline]
+pub fn set_drive(outputs: Outputs) {
     pac::GPIOB.bsrr().write(|change| {
-        if enabled {
-            change.set_bs(ENABLE_PIN, true);
-        } else {
-            change.set_br(ENABLE_PIN, true);
-        }
+        change.set_bs(ENABLE_PIN, outputs.enable);
+        change.set_br(ENABLE_PIN, !outputs.enable);
+        change.set_bs(BRAKE_PIN, outputs.brake_open);
+        change.set_br(BRAKE_PIN, !outputs.brake_open);
     });
 }
 
@@ -65,10 +71,10 @@ pub fn set_standstill(code: Option<DacCode>) {
     STANDSTILL.store(code.map_or(HOLD, |code| code.0), Ordering::Relaxed);
 }
 
-/// The state in which nothing moves: drive disabled first, then steps stopped and the analog output at zero velocity. An
+/// The state in which nothing moves: drive disabled and brake closed first, then steps stopped and the analog output at zero velocity. An
 /// analog position stays where it is: the middle would be a jump.
 pub fn make_safe() {
-    set_drive_enabled(false);
+    set_drive(Outputs::default());
     step_pulses::stop();
     let standstill = STANDSTILL.load(Ordering::Relaxed);
     if standstill != HOLD {

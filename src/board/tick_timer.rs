@@ -155,7 +155,7 @@ impl TickState {
         };
         self.counted = counted;
         let output = self.controller.tick(inputs);
-        outputs::set_drive_enabled(output.drive_enabled);
+        outputs::set_drive(output.drive);
         outputs::set_analog(output.analog);
         if let Some(up) = output.steps_up {
             step_pulses::make(output.steps, output.step_period, up);

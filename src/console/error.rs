@@ -5,6 +5,7 @@ use core::fmt;
 use super::line::{LineFault, MAX_LINE};
 use super::upload::{UploadError, UploadKind};
 use crate::decimal::Decimal;
+use crate::drive::{Lacking, State};
 use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
@@ -118,6 +119,7 @@ pub enum CommandError<'l> {
 
 /// What stands in the way of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refused {
     /// A fault holds the machine.
     Held(Fault),
@@ -130,6 +132,12 @@ pub enum Refused {
     },
     /// There is no encoder.
     NoEncoder,
+    /// The drive is off; enabling it may lack something.
+    NotEnabled(Lacking),
+    /// The drive could follow what the command changes.
+    DriveOn,
+    /// Enabling lacks something.
+    Lacking(Lacking),
 }
 
 impl fmt::Display for Refused {
@@ -142,15 +150,24 @@ impl fmt::Display for Refused {
                 "the encoder is {error_nm} nm off the setpoint; move the machine back, or 'encoder reference'"
             ),
             Self::NoEncoder => f.write_str("there is no encoder; set encoder.counts_per_mm"),
+            Self::NotEnabled(lacking) => match lacking.remedy() {
+                None => f.write_str("the drive is off; 'enable' first"),
+                Some(remedy) => write!(f, "the drive is off; before 'enable': {remedy}"),
+            },
+            Self::DriveOn => f.write_str("the drive is on; 'disable' first"),
+            Self::Lacking(lacking) => f.write_str(lacking.remedy().unwrap_or("nothing is lacking any more")),
         }
     }
 }
 
 /// What a command has to wait for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Busy {
     /// The controller to come to rest.
     Activity(Activity),
+    /// The drive to be enabled or off.
+    Drive(State),
     /// Earlier requests to be taken by the interrupt.
     Requests,
     /// An earlier table to run out.
@@ -161,6 +178,7 @@ impl fmt::Display for Busy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Activity(activity) => write!(f, "not at rest but {}; wait or 'stop'", activity.name()),
+            Self::Drive(state) => write!(f, "the drive is {}; try again", state.name()),
             Self::Requests => f.write_str("earlier commands are still to be taken; is the timer running?"),
             Self::Handover => f.write_str("the table before the last is still running out; try again"),
         }

@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 33] = [
+static COMMANDS: [(&str, &str); 37] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -17,10 +17,14 @@ static COMMANDS: [(&str, &str); 33] = [
     ("apply", "builds the shaper from the staged settings and uses it"),
     ("revert", "drops what was staged"),
     ("defaults", "stages the defaults"),
-    ("save", "stores what runs, so that it survives a reset; at rest only"),
+    ("save", "stores what runs, so that it survives a reset; while the drive is off"),
+    ("settings confirm", "takes what runs for what is wanted, where the stored settings are damaged"),
     ("shaper on|off", "shapes or passes the command through"),
     ("table begin|frame|commit|abort|show", "a shaper designed elsewhere; see docs/protocol.md"),
     ("plan begin|frame|commit|abort|show", "a command designed elsewhere; see docs/protocol.md"),
+    ("enable", "lets the drive run, from where the machine is; nothing moves before"),
+    ("disable", "brings the setpoint to rest and switches the drive off"),
+    ("position set MM", "says where the machine stands; while the drive is off"),
     ("play [back]", "the uploaded plan from here on, or its mirror image"),
     ("move POSITION_MM", "to an absolute position, with move.profile"),
     (
@@ -34,7 +38,7 @@ static COMMANDS: [(&str, &str); 33] = [
     ("pulse DISTANCE_MM [SECONDS]", "there and back, as quick as the limits permit"),
     ("decay DISTANCE_MM SECONDS", "a short move, then holds; 'shaper off' first, or nothing rings"),
     ("stop", "brings the command to rest"),
-    ("emergency", "holds the setpoint and disables the drive at once"),
+    ("emergency", "stops as emergency.stop says: braked and then off, or off at once"),
     ("clear", "goes on after a fault, once its cause is gone"),
     ("events", "what happened since the last time, as 'event TICK NAME VALUE'"),
     ("encoder reference", "says that the machine is where the setpoint is"),

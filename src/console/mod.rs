@@ -19,13 +19,14 @@ use heapless::String;
 use heapless::spsc::{Consumer, Producer};
 
 use crate::control::Request;
+use crate::drive::State;
 use crate::fault::{Event, EventLog, Fault};
 use crate::motion::{MotionMemory, PieceMemory, PlanOutline};
 use crate::real_time::Asked;
 use crate::restart::{Restart, Start};
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::{ShaperTable, UploadedTable};
-use crate::telemetry::{Activity, Status, Streaming};
+use crate::telemetry::{Activity, Flags, Status, Streaming};
 use crate::units::TickRate;
 
 use announcement::Announced;
@@ -104,6 +105,8 @@ pub struct Console<'m> {
     /// What the flash holds, as far as is known.
     stored: Stored,
     store_fault: Option<StoreError>,
+    /// The settings that run may not be those that were saved, and nobody has confirmed them.
+    distrusted: bool,
     effect: Option<Effect>,
     /// What a command began and [`Self::work`] goes on with; its reply is still to come.
     long_work: Option<LongWork<'m>>,
@@ -154,6 +157,7 @@ impl<'m> Console<'m> {
             staged: settings,
             stored: Stored::default(),
             store_fault: None,
+            distrusted: false,
             effect: None,
             long_work: None,
             shaper_on: true,
@@ -189,9 +193,13 @@ impl<'m> Console<'m> {
         match stored {
             Ok(stored) => {
                 self.uploaded = stored.table().cloned();
+                self.distrusted = stored.damage().is_some();
                 self.stored = stored;
             }
-            Err(fault) => self.store_fault = Some(fault),
+            Err(fault) => {
+                self.store_fault = Some(fault);
+                self.distrusted = true;
+            }
         }
         self.run_stored()
     }
@@ -206,11 +214,13 @@ impl<'m> Console<'m> {
         if let Some(crash) = &self.restart.crash {
             let _best_effort = write!(out, "a crash was recorded, see 'info': {crash}\r\n");
         }
-        if self.restart.must_hold() {
-            let _best_effort = out.write_str("the drive is disabled; 'clear' to go on\r\n");
-        }
+        let first = if self.restart.must_hold() { "'clear', then " } else { "" };
+        let _best_effort = write!(out, "the drive is off; {first}'enable' lets it run\r\n");
         if let Some(fault) = self.store_fault {
             let _best_effort = write!(out, "no stored settings: {fault}\r\n");
+        }
+        if let Some(damage) = self.stored.damage() {
+            let _best_effort = write!(out, "stored settings are damaged: {damage}; see 'get'\r\n");
         }
         self.prompt(out);
     }
@@ -399,6 +409,34 @@ impl<'m> Console<'m> {
                 Err(CommandError::Fault { command, reason: Refused::Held(fault) })
             }
             activity => Err(CommandError::Busy { command, reason: Busy::Activity(activity) }),
+        }
+    }
+
+    /// Refuses a motion unless the machine is at rest and the drive enabled.
+    fn require_motion(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+        self.require_rest(command)?;
+        match self.status.drive() {
+            State::Enabled => Ok(()),
+            state @ (State::Enabling | State::Stopping) => {
+                Err(CommandError::Busy { command, reason: Busy::Drive(state) })
+            }
+            State::NotReady | State::Disabled | State::Fault => {
+                let reason = Refused::NotEnabled(self.status.lacking());
+                Err(CommandError::Fault { command, reason })
+            }
+        }
+    }
+
+    /// Refuses what must not happen while the drive could follow it.
+    fn require_drive_off(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+        self.require_taken(command)?;
+        let off = self.status.flags().contains(Flags::DRIVE_DISABLED);
+        match self.status.drive() {
+            state @ (State::Enabling | State::Stopping) => {
+                Err(CommandError::Busy { command, reason: Busy::Drive(state) })
+            }
+            _ if off => Ok(()),
+            _ => Err(CommandError::Fault { command, reason: Refused::DriveOn }),
         }
     }
 

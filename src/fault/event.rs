@@ -6,6 +6,7 @@ use core::sync::atomic::{AtomicU32, Ordering};
 ///
 /// Each kind is raised either by the tick or by the console's task, never by both.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Event {
     /// The timer ran on without the tick. Value: ticks lost. By the tick.
@@ -40,11 +41,15 @@ pub enum Event {
     Overrun,
     /// The host was silent for too long during a motion. Value: `link.timeout_ms`. By the console.
     LinkLost,
+    /// A limit input became active. Value: -1 at the lower end, 1 at the upper one. By the tick.
+    LimitInput,
+    /// The drive says that it is not ready, or reports a fault. By the tick.
+    Drive,
 }
 
 impl Event {
     /// Every kind, in the order of their counters.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::MissedTick,
         Self::LateTick,
         Self::Limit,
@@ -61,6 +66,8 @@ impl Event {
         Self::Crash,
         Self::Overrun,
         Self::LinkLost,
+        Self::LimitInput,
+        Self::Drive,
     ];
 
     /// The word that `events` and `status` print.
@@ -82,12 +89,15 @@ impl Event {
             Self::Crash => "crash",
             Self::Overrun => "overrun",
             Self::LinkLost => "link_lost",
+            Self::LimitInput => "limit_input",
+            Self::Drive => "drive",
         }
     }
 }
 
 /// One event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct EventRecord {
     /// The tick it happened in; for the console's, the newest tick it knew of.
     pub tick: u32,

@@ -68,6 +68,15 @@ impl Braking {
     }
 }
 
+impl Braking {
+    /// The same without a limit of jerk: the shortest stop within the limit of acceleration, which never goes back.
+    #[inline]
+    #[must_use]
+    pub fn hardest(self) -> Self {
+        Self { jerk: None, ..self }
+    }
+}
+
 /// A stop in progress.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StopPlan {

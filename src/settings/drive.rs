@@ -22,13 +22,15 @@ pub enum PulseKind {
 /// When the emergency input is active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EmergencyInput {
-    /// Never: it is not wired.
+    /// Nobody has said. The drive cannot be enabled.
     #[default]
-    Off,
+    Unset,
     /// At a high level: a contact that opens, or a broken wire.
     High,
     /// At a low level: a contact that closes.
     Low,
+    /// Never: somebody has said that something else stops the machine.
+    Waived,
 }
 
 /// The settings of outputs, encoder, emergency input and faults.
@@ -130,16 +132,22 @@ impl DriveSettings {
         self.emergency
     }
 
+    /// Whether the drive is told how far to go or how fast, and not where: pulses or a velocity.
+    pub fn is_relative(&self) -> bool {
+        self.pulse_kind != PulseKind::Off || self.analog.quantity == AnalogQuantity::Velocity
+    }
+
     /// What faults do.
     pub fn reactions(&self) -> Reactions {
         self.reactions
     }
 
-    /// Whether going from `self` to `other` changes the scale of something that is put out or read in.
+    /// Whether going from `self` to `other` changes the scale, kind or polarity of something that is put out or read in.
     pub fn rescales(&self, other: &Self) -> bool {
         let scales = |drive: &Self| {
-            let Self { analog, position_loop, pulse_kind, pulses, pulse_timing, encoder, .. } = *drive;
-            (analog, position_loop, pulse_kind, pulses, pulse_timing, encoder)
+            let Self { analog, position_loop, pulse_kind, pulses, pulse_timing, encoder, emergency, .. } =
+                *drive;
+            (analog, position_loop, pulse_kind, pulses, pulse_timing, encoder, emergency)
         };
         scales(self) != scales(other)
     }
@@ -189,8 +197,8 @@ pub enum DriveKey {
 static QUANTITIES: [&str; 2] = ["position", "velocity"];
 static PULSE_LEVELS: [&str; 2] = ["high", "low"];
 static PULSE_KINDS: [&str; 3] = ["off", "step", "quadrature"];
-static EMERGENCY_INPUTS: [&str; 3] = ["off", "high", "low"];
-static REACTIONS: [&str; 3] = ["report", "hold", "disable"];
+static EMERGENCY_INPUTS: [&str; 4] = ["unset", "high", "low", "waived"];
+static REACTIONS: [&str; 4] = ["report", "category_2", "category_0", "category_1"];
 
 impl DriveKey {
     /// Every key, in the order in which they are listed.
@@ -303,10 +311,12 @@ impl DriveKey {
                 "Edges of the encoder per millimetre; negative where it counts the other way, 0 for none."
             }
             Self::EncoderWindow => "Largest distance between encoder and setpoint; 0 for no check.",
-            Self::EmergencyInput => "Level at which the emergency input stops the machine.",
+            Self::EmergencyInput => {
+                "Level at which the emergency input stops the machine; waived if something else does. Unset: no enabling."
+            }
             Self::OnMissedTick => "What a tick missed during a motion does, beside being reported.",
             Self::OnLimit => {
-                "What a setpoint outside the travel does, beside being reported and not put out."
+                "What a setpoint outside the travel does, beside being reported and not put out; report is category_2."
             }
             Self::OnEncoder => "What an encoder outside its window does, beside being reported.",
         }
@@ -393,7 +403,7 @@ impl DriveSettings {
 
     pub(super) fn put_word(&mut self, key: DriveKey, word: Choice) -> Result<(), Refusal> {
         let place = word.place();
-        let reaction = || Reaction::ALL.get(usize::from(place)).copied().unwrap_or(Reaction::Disable);
+        let reaction = || Reaction::ALL.get(usize::from(place)).copied().unwrap_or(Reaction::Category1);
         match key {
             DriveKey::AnalogQuantity => {
                 self.analog.quantity =
@@ -409,9 +419,10 @@ impl DriveSettings {
             DriveKey::PulseLevel => self.pulse_timing.active_low = place != 0,
             DriveKey::EmergencyInput => {
                 self.emergency = match place {
-                    0 => EmergencyInput::Off,
+                    0 => EmergencyInput::Unset,
                     1 => EmergencyInput::High,
-                    _ => EmergencyInput::Low,
+                    2 => EmergencyInput::Low,
+                    _ => EmergencyInput::Waived,
                 };
             }
             DriveKey::OnMissedTick => self.reactions.missed_tick = reaction(),

@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::{DriveKey, ModeSetting, Settings};
+use super::{DriveKey, INPUTS, InputKey, ModeSetting, SafetyKey, Settings};
 use crate::decimal::{self, Decimal};
 use crate::motion::Profile;
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
@@ -38,6 +38,10 @@ pub enum Key {
     MovingMass,
     /// Outputs, encoder, emergency input and what faults do.
     Drive(DriveKey),
+    /// Enabling and stopping.
+    Safety(SafetyKey),
+    /// `inputN.…`, N from 1; the number here counts from zero.
+    Input(usize, InputKey),
 }
 
 /// Which value of a mode.
@@ -213,6 +217,8 @@ impl Key {
                 Self::AnalogFullScale,
             ])
             .chain(DriveKey::ALL.map(Self::Drive))
+            .chain(SafetyKey::ALL.map(Self::Safety))
+            .chain((0..INPUTS).flat_map(|input| InputKey::ALL.map(|key| Self::Input(input, key))))
     }
 
     /// The unit, empty for a bare number.
@@ -227,6 +233,8 @@ impl Key {
             Self::TravelMin | Self::TravelMax | Self::AnalogFullScale => "mm",
             Self::StreamDecimation => "ticks",
             Self::Drive(key) => key.unit(),
+            Self::Safety(key) => key.unit(),
+            Self::Input(..) => "",
         }
     }
 
@@ -248,6 +256,8 @@ impl Key {
             Self::StreamDecimation => "Ticks per streamed sample when 'stream on' gives no number.",
             Self::AnalogFullScale => "Position at the end of the analog output's range, if it is a position.",
             Self::Drive(key) => key.meaning(),
+            Self::Safety(key) => key.meaning(),
+            Self::Input(_, key) => key.meaning(),
         }
     }
 
@@ -266,6 +276,8 @@ impl Key {
             Self::StreamDecimation => (1.0, 1_000_000.0),
             Self::AnalogFullScale => (1.0, 1000.0),
             Self::Drive(key) => key.range(),
+            Self::Safety(key) => key.range(),
+            Self::Input(..) => (0.0, 0.0),
         }
     }
 }
@@ -276,6 +288,8 @@ impl Key {
         match self {
             Self::Profile => Some(&Profile::NAMES),
             Self::Drive(key) => key.words(),
+            Self::Safety(key) => key.words(),
+            Self::Input(_, key) => Some(key.words()),
             Self::ShaperSource => Some(&ShaperSource::WORDS),
             _ => None,
         }
@@ -321,6 +335,8 @@ impl fmt::Display for Key {
             Self::Jerk => "move.jerk_mm_s3",
             Self::MovingMass => "base.moving_mass_kg",
             Self::Drive(key) => key.name(),
+            Self::Safety(key) => key.name(),
+            Self::Input(input, key) => return write!(f, "input{}.{}", input + 1, key.name()),
         })
     }
 }
@@ -369,6 +385,8 @@ impl Settings {
             Key::Jerk => Value::Number(self.limits.jerk_mm_s3),
             Key::MovingMass => Value::Number(self.moving_mass_kg),
             Key::Drive(key) => self.drive.get(key),
+            Key::Safety(key) => self.safety.get(key),
+            Key::Input(input, key) => self.inputs.get(input, key),
         }
     }
 
@@ -403,6 +421,8 @@ impl Settings {
                 self.shaper_source = *source.ok_or(refusal)?;
             }
             (Key::Drive(key), Value::Word(choice)) => self.drive.put_word(key, choice)?,
+            (Key::Safety(key), Value::Word(choice)) => self.safety.put_word(key, choice)?,
+            (Key::Input(input, key), Value::Word(choice)) => self.inputs.put_word(input, key, choice)?,
             (Key::Profile, value) => self.profile = profile(value)?,
             (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
             (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
@@ -433,6 +453,8 @@ impl Settings {
             Key::StreamDecimation => self.stream_decimation = whole(number)?,
             Key::AnalogFullScale => self.drive.analog.full_scale_mm = number,
             Key::Drive(key) => self.drive.put_number(key, number)?,
+            Key::Safety(key) => self.safety.put_number(key, number)?,
+            Key::Input(_, key) => return Err(Refusal::NotAWord { words: key.words() }),
         }
         Ok(())
     }

@@ -3,16 +3,23 @@
 
 pub mod drive;
 pub mod erase_journal;
+pub mod inputs;
 pub mod key;
 pub mod record;
+pub mod safety;
+pub mod seal;
 pub mod store;
 
 pub use drive::{DriveKey, DriveSettings, EmergencyInput, PulseKind};
+pub use inputs::{INPUTS, InputKey, InputSettings};
 pub use key::{Choice, Key, ModeKey, Refusal, ShaperSource, Value};
+pub use safety::{SafetyKey, SafetySettings};
+pub use seal::Damage;
 pub use store::{SettingsStore, StoreError, Stored};
 
 use crate::control::Setup;
-use crate::fault::TravelGuard;
+use crate::drive::{DriveSetup, Lacking};
+use crate::fault::{Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{MoveLimits, Profile};
 use crate::shaper::{MAX_MODES, Mode, ModeError, ShaperType};
@@ -41,6 +48,8 @@ pub struct Settings {
     moving_mass_kg: f64,
     stream_decimation: u32,
     drive: DriveSettings,
+    safety: SafetySettings,
+    inputs: InputSettings,
 }
 
 impl Settings {
@@ -85,6 +94,16 @@ impl Settings {
         &self.drive
     }
 
+    /// Enabling and stopping.
+    pub fn safety(&self) -> &SafetySettings {
+        &self.safety
+    }
+
+    /// What the general inputs mean.
+    pub fn inputs(&self) -> &InputSettings {
+        &self.inputs
+    }
+
     /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have this sum of
     /// magnitudes.
     pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
@@ -96,7 +115,14 @@ impl Settings {
             braking: Braking::new(&limits, self.profile, tick_rate),
             // The ends of the travel are within what positions can say.
             guard: TravelGuard::new(end(first_mm), end(last_mm), end(slack_mm)),
-            reactions: self.drive.reactions(),
+            reactions: Reactions { emergency: self.safety.emergency_stop(), ..self.drive.reactions() },
+            drive: DriveSetup {
+                times: self.safety.times(&self.limits, tick_rate),
+                lacking: Lacking::default()
+                    .with(Lacking::EMERGENCY_SETTING, self.drive.emergency_input() == EmergencyInput::Unset),
+                inputs: self.inputs.roles(),
+                relative: self.drive.is_relative(),
+            },
             analog: self.drive.analog(tick_rate),
             pulses: self.drive.pulses(tick_rate),
             encoder: self.drive.encoder(),
@@ -135,6 +161,8 @@ impl Default for Settings {
             moving_mass_kg: 0.0,
             stream_decimation: 4,
             drive: DriveSettings::default(),
+            safety: SafetySettings::default(),
+            inputs: InputSettings::default(),
         }
     }
 }

@@ -32,6 +32,9 @@ pub type TableBytes = heapless::Vec<u8, MAX_BYTES>;
 /// The id of the uploaded table, which is no setting.
 pub const TABLE: u8 = 33;
 
+/// The id of the seal over all other records ([`super::seal`]).
+pub const SEAL: u8 = 128;
+
 const FIRST_OF_MODES: u8 = 16;
 /// Ids per mode, one of them spare.
 const PER_MODE: u8 = 4;
@@ -51,6 +54,8 @@ impl Key {
             Self::Jerk => 9,
             Self::MovingMass => 10,
             Self::Drive(key) => key.id(),
+            Self::Safety(key) => key.id(),
+            Self::Input(input, key) => key.id(input),
             Self::ShaperSource => 32,
             Self::Mode(index, part) => {
                 let part = match part {

@@ -10,6 +10,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::erase_journal::JournaledFlash;
+use super::seal::{Damage, Inventory, SealBytes};
 use super::{Key, Settings, Value, record};
 use crate::shaper::UploadedTable;
 
@@ -26,9 +27,58 @@ pub struct Stored {
     skipped: u32,
     /// Records of settings that this firmware does not have.
     unknown: u32,
+    /// What is not as it was saved, or cannot be used.
+    damage: Option<Damage>,
+}
+
+/// What a look through all records collects.
+#[derive(Default)]
+struct Reading {
+    stored: Stored,
+    travel: [Option<Value>; 2],
+    inventory: Inventory,
+    seal: Option<SealBytes>,
+    /// The settings whose newest record cannot be used, a bit for each id.
+    unusable: u64,
+}
+
+impl Reading {
+    fn take(&mut self, id: u8, bytes: &[u8]) {
+        if id == record::SEAL {
+            self.seal = Some(SealBytes::from_slice(bytes).unwrap_or_default());
+            return;
+        }
+        self.inventory.note(id, bytes);
+        let skipped = self.stored.skipped;
+        self.stored.take(id, bytes, &mut self.travel);
+        let bit = 1_u64.checked_shl(u32::from(id)).unwrap_or(0);
+        self.unusable &= !bit;
+        if self.stored.skipped != skipped {
+            self.unusable |= bit;
+        }
+    }
+
+    fn finish(mut self) -> Stored {
+        self.stored.take_travel(self.travel);
+        let mut damage = self.inventory.compare(self.seal.as_deref());
+        for (key, recorded) in [Key::TravelMin, Key::TravelMax].into_iter().zip(self.travel) {
+            let taken = self.stored.present & bit(key) != 0;
+            self.unusable |= if recorded.is_some() && !taken { bit(key) } else { 0 };
+        }
+        for id in (0..64).filter(|id| self.unusable & (1 << id) != 0) {
+            damage.get_or_insert_default().name(id);
+        }
+        self.stored.damage = damage;
+        self.stored
+    }
 }
 
 impl Stored {
+    /// What is not as it was saved, or cannot be used; `None` where all is whole.
+    pub fn damage(&self) -> Option<&Damage> {
+        self.damage.as_ref()
+    }
+
     /// The stored values, and defaults where there are none.
     pub fn settings(&self) -> &Settings {
         &self.settings
@@ -170,17 +220,30 @@ impl<F: NorFlash> SettingsStore<F> {
     /// [`StoreError`]; the flash is as it was or better.
     pub async fn load(&mut self) -> Result<Stored, StoreError> {
         self.map.flash().finish_erases().await.map_err(|_| StoreError::Flash)?;
-        let mut stored = Stored::default();
-        let mut travel = [None; 2];
-        let mut records = self.map.fetch_all_items(&mut self.buffer).await?;
-        while let Some((id, bytes)) = records.next::<&[u8]>(&mut self.buffer).await? {
-            stored.take(id, bytes, &mut travel);
-        }
-        stored.take_travel(travel);
-        Ok(stored)
+        Ok(self.read().await?.finish())
     }
 
-    /// Stores what differs from what is stored, reads it back, and returns what is stored then with the number of
+    async fn read(&mut self) -> Result<Reading, StoreError> {
+        let mut reading = Reading::default();
+        let mut records = self.map.fetch_all_items(&mut self.buffer).await?;
+        while let Some((id, bytes)) = records.next::<&[u8]>(&mut self.buffer).await? {
+            reading.take(id, bytes);
+        }
+        Ok(reading)
+    }
+
+    /// Says what all records are, if that is not said already.
+    async fn write_seal(&mut self) -> Result<(), StoreError> {
+        let Reading { inventory, seal, .. } = self.read().await?;
+        let bytes = inventory.seal();
+        let nothing_to_seal = inventory.is_empty() && seal.is_none();
+        if !nothing_to_seal && seal.as_ref() != Some(&bytes) {
+            self.map.store_item(&mut self.buffer, &record::SEAL, &bytes.as_slice()).await?;
+        }
+        Ok(())
+    }
+
+    /// Stores what differs from what is stored, then the seal over all of it, reads it back, and returns what is stored then with the number of
     /// records written. Without a `table` the stored one stays. A region that cannot be read, is filled by something else, or does not keep what is
     /// written is erased once and written anew.
     ///
@@ -224,6 +287,7 @@ impl<F: NorFlash> SettingsStore<F> {
                 written += 1;
             }
         }
+        self.write_seal().await?;
         let after = self.load().await?;
         let kept = after.settings == *settings && (table.is_none() || after.table() == table);
         if kept { Ok((after, written)) } else { Err(StoreError::NotKept) }

@@ -125,6 +125,12 @@ impl<'m> Shaping<'m> {
         (Nanometres(base_nm.saturating_add(shaped_nm)), retired)
     }
 
+    /// Moves command and setpoint by so much at once, the machine being elsewhere than it was thought to be. For a shaper that is
+    /// settled: its history is kept, for it is relative to the origin.
+    pub fn shift(&mut self, by_nm: i32) {
+        self.origin_nm = self.origin_nm.wrapping_add(by_nm);
+    }
+
     /// Ends the lag that the active cascade has had since it was taken while the command moved. Nothing moves if
     /// [`Self::is_settled`].
     pub fn end_lag(&mut self) {

@@ -11,6 +11,7 @@ pub mod sender;
 use core::fmt;
 use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
 
+use crate::drive::{Lacking, State};
 use crate::fault::{Counters, Event, Fault};
 use crate::units::Nanometres;
 
@@ -139,6 +140,7 @@ impl core::str::FromStr for Sample {
 }
 
 /// What the controller is doing.
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Activity {
     /// Command and setpoint are constant.
@@ -219,6 +221,8 @@ pub struct Status {
     fault: AtomicU8,
     flags: AtomicU8,
     encoder_nm: AtomicI32,
+    drive: AtomicU8,
+    lacking: AtomicU8,
     counters: Counters,
     /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest so far.
     last_duration: AtomicU32,
@@ -236,6 +240,8 @@ impl Status {
             fault: AtomicU8::new(0),
             flags: AtomicU8::new(0),
             encoder_nm: AtomicI32::new(0),
+            drive: AtomicU8::new(State::NotReady as u8),
+            lacking: AtomicU8::new(0),
             counters: Counters::new(),
             last_duration: AtomicU32::new(0),
             worst_duration: AtomicU32::new(0),
@@ -283,6 +289,16 @@ impl Status {
         Nanometres(self.encoder_nm.load(Ordering::Relaxed))
     }
 
+    /// The drive's state.
+    pub fn drive(&self) -> State {
+        State::from_number(self.drive.load(Ordering::Relaxed)).unwrap_or_default()
+    }
+
+    /// What enabling the drive needs and is not there; as it was when the drive was off last.
+    pub fn lacking(&self) -> Lacking {
+        Lacking(self.lacking.load(Ordering::Relaxed))
+    }
+
     /// How often what has happened.
     pub fn counters(&self) -> &Counters {
         &self.counters
@@ -307,6 +323,14 @@ impl Status {
         self.tick.store(tick, Ordering::Relaxed);
         self.command_nm.store(command.0, Ordering::Relaxed);
         self.setpoint_nm.store(setpoint.0, Ordering::Relaxed);
+    }
+
+    pub(crate) fn publish_drive(&self, state: State) {
+        self.drive.store(state as u8, Ordering::Relaxed);
+    }
+
+    pub(crate) fn publish_lacking(&self, lacking: Lacking) {
+        self.lacking.store(lacking.0, Ordering::Relaxed);
     }
 
     pub(crate) fn publish_faults(&self, fault: Option<Fault>, flags: Flags, encoder: Option<Nanometres>) {

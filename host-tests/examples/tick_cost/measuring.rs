@@ -46,9 +46,12 @@ impl Bench {
 
     /// Brings the board into the state of a case, counts its ticks and returns them as a TOML table.
     pub fn measure(&mut self, case: &Case) -> Result<String, Box<dyn Error>> {
+        // What scales an output changes only while the drive is off.
+        self.session.disable_drive()?;
         for line in case.table() {
             self.session.command_when_ready(&line)?;
         }
+        self.session.enable_virtual_drive()?;
         self.session.wait_for_rest(PATIENCE)?;
         let samples = self.session.command("info")?.line("history_samples").map(str::to_owned);
         let samples =

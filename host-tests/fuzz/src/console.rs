@@ -14,7 +14,7 @@ const TICKS_AT_ONCE: usize = 40;
 const INPUTS_PER_BENCH: u32 = 2000;
 
 thread_local! {
-    static BENCH: RefCell<(Bench, u32)> = RefCell::new((Bench::new(), 0));
+    static BENCH: RefCell<(Bench, u32)> = RefCell::new((Bench::enabled(), 0));
 }
 
 pub(crate) fn run(input: &[u8]) {
@@ -47,10 +47,12 @@ pub(crate) fn with_bench(use_it: impl FnOnce(&mut Bench)) {
     BENCH.with_borrow_mut(|(bench, inputs)| {
         *inputs += 1;
         if *inputs > INPUTS_PER_BENCH {
-            (*bench, *inputs) = (Bench::new(), 0);
+            (*bench, *inputs) = (Bench::enabled(), 0);
         }
         // The first two end an escape sequence and a line.
-        bench.send_bytes(b"~~\x15\rchecksum off\recho off\rstream off\rtable abort\rclear\rstop\rdefaults\r");
+        bench.send_bytes(
+            b"~~\x15\rchecksum off\recho off\rstream off\rtable abort\rclear\rstop\rdefaults\renable\r",
+        );
         use_it(bench);
         bench.clear_log();
         bench.samples();

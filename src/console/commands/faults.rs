@@ -7,6 +7,7 @@ use super::words::{Words, no_more};
 use crate::console::error::{Busy, CommandError, Refused};
 use crate::console::{Console, Effect};
 use crate::control::Request;
+use crate::drive::State;
 use crate::fault::{Event, Fault};
 use crate::settings::Settings;
 use crate::telemetry::{Activity, Flags};
@@ -35,7 +36,9 @@ impl Console<'_> {
         if flags.contains(Flags::EMERGENCY_INPUT) {
             return still(Refused::EmergencyInput);
         }
-        if flags.contains(Flags::ENCODER_OFF) && self.live.drive().stops_on_encoder() {
+        // A drive that is off adopts the actual position when it is enabled.
+        let holds = !flags.contains(Flags::DRIVE_DISABLED);
+        if holds && flags.contains(Flags::ENCODER_OFF) && self.live.drive().stops_on_encoder() {
             let error_nm = self.status.encoder().0.wrapping_sub(self.status.setpoint().0);
             return still(Refused::EncoderOff { error_nm });
         }
@@ -88,8 +91,8 @@ impl Console<'_> {
     pub(super) fn print_faults(&mut self, out: &mut dyn Write) {
         let flags = self.status.flags();
         say(out, format_args!("fault {}", self.status.fault().map_or("none", Fault::name)));
-        let enabled = !flags.contains(Flags::DRIVE_DISABLED);
-        say(out, format_args!("drive {}", if enabled { "enabled" } else { "disabled" }));
+        say(out, format_args!("drive {}", self.status.drive().name()));
+        say(out, format_args!("lacking {}", self.status.lacking()));
         let [first, second, third] = Flags::INPUTS.map(|input| u8::from(flags.contains(input)));
         say(out, format_args!("inputs {first} {second} {third}"));
         if self.live.drive().encoder().is_some() {
@@ -132,14 +135,27 @@ impl Console<'_> {
         if let Some(lacks) = settings.drive().position_loop_lacks() {
             return Err(CommandError::PositionLoop { lacks });
         }
-        if settings.drive().rescales(self.live.drive()) { self.require_still(command) } else { Ok(()) }
+        let rescales = settings.drive().rescales(self.live.drive())
+            || settings.inputs() != self.live.inputs()
+            || tick_rate != self.table.tick_rate();
+        if rescales {
+            // No output of an enabled drive may step, and nobody but a drive that is off minds.
+            self.require_drive_off(command)?;
+        }
+        if settings.limits().travel_mm != self.live.limits().travel_mm {
+            // A motion under way was planned for the travel as it is.
+            self.require_still(command)?;
+        }
+        Ok(())
     }
 
     /// Refuses what must not happen while the setpoint changes. A fault holds it.
     pub(super) fn require_still(&self, command: &'static str) -> Result<(), CommandError<'static>> {
         self.require_taken(command)?;
         match self.status.activity() {
-            Activity::Rest | Activity::Fault => Ok(()),
+            Activity::Rest => Ok(()),
+            // A fault holds it when its stop is over.
+            Activity::Fault if self.status.drive() != State::Stopping => Ok(()),
             activity => Err(CommandError::Busy { command, reason: Busy::Activity(activity) }),
         }
     }

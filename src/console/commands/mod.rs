@@ -1,5 +1,6 @@
 //! The commands: which line is which, and one file per family of them.
 
+mod drive;
 mod faults;
 mod motions;
 mod plan;
@@ -39,11 +40,15 @@ impl Console<'_> {
             "revert" => no_more(words, "revert", "revert").map(|()| self.revert(out)),
             "defaults" => no_more(words, "defaults", "defaults").map(|()| self.stage_defaults(out)),
             "save" => no_more(words, "save", "save").and_then(|()| self.save()),
+            "settings" => self.confirm_settings(words, out),
             "shaper" => self.switch_shaper(words, out),
             "table" => self.upload(UploadKind::Table, words, out),
             "plan" => self.upload(UploadKind::Plan, words, out),
             "stop" => no_more(words, "stop", "stop").and_then(|()| self.stop(out)),
             "emergency" => no_more(words, "emergency", "emergency").and_then(|()| self.emergency(out)),
+            "enable" => no_more(words, "enable", "enable").and_then(|()| self.enable(out)),
+            "disable" => no_more(words, "disable", "disable").and_then(|()| self.disable(out)),
+            "position" => self.set_position(words, out),
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
             "events" => no_more(words, "events", "events").map(|()| self.list_events(out)),
             "encoder" => self.reference_encoder(words, out),

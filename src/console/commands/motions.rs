@@ -23,7 +23,7 @@ impl<'m> Console<'m> {
         out: &mut dyn Write,
     ) -> Result<(), CommandError<'static>> {
         let command = spec.command();
-        self.require_rest(command)?;
+        self.require_motion(command)?;
         let context = self.motion_context();
         if let MotionSpec::Multisine(spec) = spec {
             return self.start_drawing(spec, &context);
@@ -84,7 +84,7 @@ impl<'m> Console<'m> {
         drawing: MultisineDrawing<'m>,
         out: &mut dyn Write,
     ) -> Result<(), CommandError<'static>> {
-        if let Err(error) = self.require_rest("multisine") {
+        if let Err(error) = self.require_motion("multisine") {
             self.spare_history = Some(drawing.into_memory());
             return Err(error);
         }

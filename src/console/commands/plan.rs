@@ -108,7 +108,7 @@ impl<'m> Console<'m> {
         backwards: bool,
         out: &mut dyn Write,
     ) -> Result<(), CommandError<'static>> {
-        self.require_rest("play")?;
+        self.require_motion("play")?;
         let context = self.motion_context();
         let refused = |error| CommandError::Motion { command: "play", error };
         let outline = self.plan.ok_or(refused(MotionError::NoPlan))?;

@@ -56,6 +56,10 @@ impl Console<'_> {
         say(out, format_args!("settings_loaded {}", self.stored.loaded()));
         say(out, format_args!("settings_skipped {}", self.stored.skipped()));
         say(out, format_args!("settings_unknown {}", self.stored.unknown()));
+        match self.stored.damage() {
+            None => say(out, format_args!("settings_damaged none")),
+            Some(damage) => say(out, format_args!("settings_damaged {damage}")),
+        }
         match self.store_fault {
             None => say(out, format_args!("settings_store ok")),
             Some(fault) => say(out, format_args!("settings_store {fault}")),

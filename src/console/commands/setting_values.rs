@@ -4,9 +4,12 @@ use core::fmt::Write;
 
 use super::say;
 use super::words::{Words, no_more, parse_key};
-use crate::console::error::CommandError;
+use crate::console::error::{CommandError, Refused};
 use crate::console::{Console, Effect};
+use crate::control::{Request, Setup};
+use crate::drive::Lacking;
 use crate::settings::{Key, Settings};
+use crate::units::TickRate;
 
 impl Console<'_> {
     pub(super) fn get<'l>(&self, mut words: Words<'l>, out: &mut dyn Write) -> Result<(), CommandError<'l>> {
@@ -78,14 +81,46 @@ impl Console<'_> {
     /// The reply comes when the effect has been carried out.
     pub(super) fn save(&mut self) -> Result<(), CommandError<'static>> {
         self.require_rest("save")?;
+        if self.distrusted {
+            // A new seal would make of what is left what was wanted.
+            return Err(CommandError::Fault { command: "save", reason: Refused::Lacking(Lacking::SETTINGS) });
+        }
+        // An erase stops the whole chip, its supervision of the drive included.
+        self.require_drive_off("save")?;
         self.effect = Some(Effect::Save);
         Ok(())
+    }
+
+    /// Takes what runs for what is wanted, although it may not be what was saved.
+    pub(super) fn confirm_settings<'l>(
+        &mut self,
+        mut words: Words<'l>,
+        out: &mut dyn Write,
+    ) -> Result<(), CommandError<'l>> {
+        const USAGE: &str = "settings confirm";
+        if words.next() != Some("confirm") {
+            return Err(CommandError::Usage { command: "settings", usage: USAGE });
+        }
+        no_more(words, "settings", USAGE)?;
+        self.require_taken("settings")?;
+        self.distrusted = false;
+        let setup = self.setup(&self.live, self.tick_rate(), self.table.absolute_gain());
+        self.request("settings", Request::Configure(setup))?;
+        say(out, format_args!("ok settings confirm ('save' stores them)"));
+        Ok(())
+    }
+
+    /// What the tick needs of `settings`.
+    pub(super) fn setup(&self, settings: &Settings, tick_rate: TickRate, shaper_gain: f64) -> Setup {
+        let mut setup = settings.setup(tick_rate, shaper_gain);
+        setup.drive.lacking = setup.drive.lacking.with(Lacking::SETTINGS, self.distrusted);
+        setup
     }
 
     /// Runs what was stored, or leaves it staged and says why.
     pub(in crate::console) fn run_stored(&mut self) -> Result<(), CommandError<'static>> {
         self.staged = self.stored.settings().clone();
-        if self.staged == self.live {
+        if self.staged == self.live && !self.distrusted {
             return Ok(());
         }
         let staged = self.staged.clone();

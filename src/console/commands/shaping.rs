@@ -70,6 +70,11 @@ impl Console<'_> {
         self.check_outputs(settings, tick_rate, command)?;
         let table =
             if shaper_on { self.shaper(settings, tick_rate)? } else { ShaperTable::identity(tick_rate) };
+        let setup = self.setup(settings, tick_rate, table.absolute_gain());
+        if table == self.table {
+            // Nothing to go over to: what runs is not touched, not even during a move.
+            return self.request(command, Request::Configure(setup));
+        }
         let transition = self.transition(&table);
         let available = self.history_samples;
         let needed = Cascade::words_with_lag(&table, transition.lag_ticks);
@@ -94,7 +99,7 @@ impl Console<'_> {
         };
         // The queue is empty and has room for both.
         self.request(command, Request::Shape(cascade, transition.fade))?;
-        self.request(command, Request::Configure(settings.setup(tick_rate, table.absolute_gain())))?;
+        self.request(command, Request::Configure(setup))?;
         self.table = table;
         self.lag_ticks = transition.lag_ticks;
         Ok(())

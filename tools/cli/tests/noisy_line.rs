@@ -21,7 +21,10 @@ struct NoisyLine {
 impl NoisyLine {
     fn session(seed: u64, one_in: u32) -> Session {
         let random = Xoshiro256PlusPlus::seed_from_u64(seed);
-        Session::start(Box::new(Self { board: InProcessBoard::new(), random, one_in })).expect("a session")
+        let mut board = InProcessBoard::new();
+        board.write_all(b"set emergency.input waived\rapply\rposition set 0\renable\r").expect("never fails");
+        board.pause(Duration::from_millis(10));
+        Session::start(Box::new(Self { board, random, one_in })).expect("a session")
     }
 
     fn damage(&mut self, bytes: &mut [u8]) {

@@ -53,6 +53,7 @@ fn recorded() -> (Recording, u32) {
     for line in [&format!("set encoder.counts_per_mm {COUNTS_PER_MM}"), "apply"] {
         session.command_when_ready(line).expect(line);
     }
+    session.enable_virtual_drive().expect("enabled");
     let streamed = session.record_motion("move 10", 1, 0.05, &mut |_| {}).expect("recorded");
     assert_eq!((streamed.gaps.len(), streamed.faults.len()), (0, 0));
     let folder = tempfile::tempdir().expect("a folder");

@@ -74,6 +74,7 @@ fn a_session_over_a_terminal_runs_a_whole_move() {
     {
         session.command(line).unwrap();
     }
+    session.enable_virtual_drive().unwrap();
     let run = session.run_motion("move 20", 8, 0.05, &mut |_| {}).unwrap();
     assert_eq!(run.setpoints_m().last(), Some(&0.02));
     // The same move in this process, sample by sample.
@@ -82,6 +83,7 @@ fn a_session_over_a_terminal_runs_a_whole_move() {
     {
         here.command(line).unwrap();
     }
+    here.enable_virtual_drive().unwrap();
     let all = here.run_motion("move 20", 1, 0.05, &mut |_| {}).unwrap();
     let expected = |ticks: usize| all.setpoints_m().get(ticks).copied();
     let phase = (0..8).find(|phase| {
@@ -104,6 +106,39 @@ fn a_refusal_comes_through_and_a_silent_port_is_noticed() {
     let port = Box::new(SerialBoard::open(&path).unwrap());
     let refused = Session::start_within(port, Duration::from_millis(300));
     assert!(matches!(refused, Err(BoardError::NoConsole { .. })));
+}
+
+/// Behind a port something moves: nothing does without consent, and nothing but what a person has said of the machine enables it.
+#[test]
+fn a_motion_over_a_port_asks_first_and_enables_only_what_is_ready() {
+    let core = CoreOnTerminal::start();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("move.csv");
+    let record = |yes: bool| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_stillbeam"));
+        command.args(["record", "--port", &core.path, "--after", "0", "--out"]).arg(&out);
+        if yes {
+            command.arg("--yes");
+        }
+        let run = command.args(["move", "3"]).stdin(std::process::Stdio::null()).output().unwrap();
+        (run.status.code(), String::from_utf8_lossy(&run.stderr).into_owned())
+    };
+    let (code, messages) = record(false);
+    assert!(code == Some(2) && messages.contains("will move") && messages.contains("--yes"), "{messages}");
+    let (code, messages) = record(true);
+    assert!(code == Some(2) && messages.contains("emergency.input"), "{messages}");
+    {
+        let mut session = Session::start(Box::new(SerialBoard::open(&core.path).unwrap())).unwrap();
+        for line in ["set emergency.input waived", "apply", "position set 0"] {
+            session.command_when_ready(line).unwrap();
+        }
+        assert_eq!(session.drive_state().unwrap(), "disabled", "nothing was enabled");
+    }
+    let (code, messages) = record(true);
+    assert_eq!(code, Some(0), "{messages}");
+    let mut session = Session::start(Box::new(SerialBoard::open(&core.path).unwrap())).unwrap();
+    assert_eq!(session.drive_state().unwrap(), "disabled", "the drive is left as it was found");
+    assert_eq!(session.command("status").unwrap().line("setpoint_nm"), Some("3000000"));
 }
 
 #[test]

@@ -27,6 +27,7 @@ fn the_board_streams_the_hosts_setpoints_and_perturbed_modes_stay_still() {
         let shaped_m = shaped_setpoints_m(&command, RATE_HZ, Some(&shaper.table)).unwrap();
 
         let mut session = BoardTarget::parse("core").connect(&mut |_| {}).unwrap();
+        session.enable_virtual_drive().unwrap();
         let table = BoardTable::from_json("table", &design.to_json()).unwrap();
         assert_eq!(session.upload_table(&table).unwrap(), design.crc32);
         let motion = session.run_motion("move 50", DECIMATION as u32, 0.05, &mut |_| {}).unwrap();

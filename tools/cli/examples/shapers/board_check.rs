@@ -49,6 +49,11 @@ pub(super) fn played(
     boxes: &[ModeBox],
 ) -> Result<Checked, Box<dyn Error>> {
     let mut session = BoardTarget::parse(board).connect(&mut |line| eprintln!("{line}"))?;
+    match BoardTarget::parse(board) {
+        // A person has enabled it before, who knows that it will move.
+        BoardTarget::Port(_) => session.enable_drive()?,
+        BoardTarget::Core | BoardTarget::Qemu => session.enable_virtual_drive()?,
+    }
     for (name, limit) in [
         ("velocity_mm_s", bounds.velocity_m_s),
         ("acceleration_mm_s2", bounds.acceleration_m_s2),
@@ -74,6 +79,11 @@ pub(super) fn played(
 /// Compares every setpoint that the board streams of its 50 mm move with the host's, and counts them.
 fn streamed_as(shaped_m: &[f64], board: &str, design: &ShaperDesign) -> Result<usize, Box<dyn Error>> {
     let mut session = BoardTarget::parse(board).connect(&mut |line| eprintln!("{line}"))?;
+    match BoardTarget::parse(board) {
+        // A person has enabled it before, who knows that it will move.
+        BoardTarget::Port(_) => session.enable_drive()?,
+        BoardTarget::Core | BoardTarget::Qemu => session.enable_virtual_drive()?,
+    }
     session.upload_table(&BoardTable::from_json("table", &design.to_json())?)?;
     let motion = session.run_motion("move 50", DECIMATION, 0.05, &mut |_| {})?;
     let nanometres = |position_m: f64| (1e9 * position_m).round() as i64;

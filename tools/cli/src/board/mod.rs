@@ -10,6 +10,7 @@
 //! motion and collects every setpoint of it, and `upload` sends a table.
 
 pub mod emulated;
+pub mod enabling;
 pub mod error;
 pub mod in_process;
 mod interrupt;
@@ -23,6 +24,7 @@ mod upload;
 
 use std::time::Duration;
 
+pub use enabling::{Consent, Enabled};
 pub use error::BoardError;
 pub use motion::{Gap, StreamedMotion};
 pub use session::{Reply, Session};

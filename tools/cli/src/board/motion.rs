@@ -87,7 +87,8 @@ impl Session {
         let deadline = self.clock() + patience;
         loop {
             let status = self.command("status")?;
-            if status.line("state") == Some("rest") {
+            let on_its_way = matches!(status.line("drive"), Some("enabling" | "stopping"));
+            if status.line("state") == Some("rest") && !on_its_way {
                 let text = status.line("command_nm").unwrap_or_default();
                 return text
                     .parse()

@@ -31,9 +31,9 @@ const ATTEMPTS: u32 = 10;
 const SILENCE: Duration = Duration::from_millis(60);
 
 /// Commands that may be sent again when it is not known whether they were taken: twice does what once does.
-const REPEATABLE: [&str; 15] = [
+const REPEATABLE: [&str; 19] = [
     "help", "info", "status", "get", "set", "apply", "revert", "defaults", "save", "shaper", "stop",
-    "stream", "echo", "checksum", "table",
+    "stream", "echo", "checksum", "table", "enable", "disable", "position", "settings",
 ];
 
 /// The editing key that clears the line, so that half a line of noise does not spoil the first command.

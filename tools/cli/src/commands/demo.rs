@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::board::BoardTarget;
+use crate::board::{BoardTarget, Consent};
 use crate::demo::{output_files, results_table, run};
 use crate::error::CliError;
 use crate::streams::Streams;
@@ -26,11 +26,14 @@ pub struct DemoArgs {
     /// Folder for recordings, modes, tables, report.html and summary.json
     #[arg(long, default_value = "out/demo", value_name = "DIR")]
     out: PathBuf,
+    /// Go on without asking whether the machine may move
+    #[arg(long)]
+    yes: bool,
 }
 
 impl DemoArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
-        let result = run(&BoardTarget::parse(&self.board), &self.out, streams)?;
+        let result = run(&BoardTarget::parse(&self.board), Consent::from_yes(self.yes), &self.out, streams)?;
         write!(streams.out, "{}", results_table(&result))?;
         for file in output_files() {
             streams.say(&format!("wrote {}", self.out.join(file).display()));

@@ -6,7 +6,7 @@ use clap::Args;
 use stillbeam_firmware::motion::spec::USAGES;
 use stillbeam_recording::write_csv;
 
-use crate::board::BoardTarget;
+use crate::board::{BoardTarget, Consent};
 use crate::board_recording::{lost_samples, recording};
 use crate::error::CliError;
 use crate::streams::Streams;
@@ -36,6 +36,9 @@ pub struct RecordArgs {
     /// Seconds to go on after the setpoint has come to rest, to see the machine ring
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     after: f64,
+    /// Go on without asking whether the machine may move
+    #[arg(long)]
+    yes: bool,
     /// The motion, as on the console: `move POSITION_MM`, `sweep ...`, `multisine ...`, `pulse ...`, `decay ...`
     #[arg(required = true, value_name = "MOTION", allow_negative_numbers = true)]
     motion: Vec<String>,
@@ -61,7 +64,9 @@ impl RecordArgs {
         if self.decimation == Some(0) {
             return Err(CliError::Usage("--decimation 0: give at least 1".to_owned()));
         }
-        let mut session = BoardTarget::parse(&self.port).connect(&mut |line| streams.say(line))?;
+        let board = BoardTarget::parse(&self.port);
+        let mut session = board.connect(&mut |line| streams.say(line))?;
+        let enabled = board.enable(&mut session, &motion, Consent::from_yes(self.yes), streams)?;
         let tick_hz = session.tick_hz()?;
         let decimation = self.decimation.unwrap_or((tick_hz / SAMPLES_PER_S).round().max(1.0) as u32);
         let mut next_tenth = 1.0;
@@ -70,13 +75,16 @@ impl RecordArgs {
                 streams.say(&format!("[{:3.0} %] {motion}", 100.0 * done));
                 next_tenth = (10.0 * done).floor() + 1.0;
             }
-        })?;
+        });
+        // Whatever came of it.
+        enabled.leave(&mut session)?;
+        let streamed = streamed?;
         let recording = recording(&self.out, &motion, &streamed);
         write_csv(Path::new(&self.out), &recording)?;
         streams.say(&format!("wrote {}", self.out));
         for fault in &streamed.faults {
             streams.say(&format!(
-                "a fault ended the motion: {fault}; 'stillbeam console' and 'events' say more, 'clear' goes on"
+                "a fault ended the motion: {fault}; 'stillbeam console' and 'events' say more, 'clear' and 'enable' go on"
             ));
         }
         if !streamed.gaps.is_empty() {

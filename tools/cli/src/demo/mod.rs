@@ -18,7 +18,7 @@ use stillbeam_identify::{ForcedOptions, IdentifiedModes, identify_forced};
 use stillbeam_plant::{Mode, SETPOINT, TIP_DEFLECTION};
 use stillbeam_recording::{Recording, write_csv};
 
-use crate::board::BoardTarget;
+use crate::board::{BoardTarget, Consent, Session};
 use crate::error::CliError;
 use crate::report::demo_page::demo_page;
 use crate::streams::{Streams, to_json, write_file};
@@ -54,18 +54,18 @@ pub struct DemoResult {
 ///
 /// # Errors
 /// [`CliError`] from whatever failed first.
-pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Result<DemoResult, CliError> {
+pub fn run(
+    board: &BoardTarget,
+    consent: Consent,
+    folder: &Path,
+    streams: &mut Streams<'_>,
+) -> Result<DemoResult, CliError> {
     let began = Instant::now();
     let rig = Rig::new()?;
     streams.say(&format!(
         "The board side is {}. The beam and the camera are simulated (models/paper_beam.toml).",
         board.description()
     ));
-    if let BoardTarget::Port(port) = board {
-        streams.say(&format!(
-            "The axis behind {port} will move by up to 50 mm. Ctrl-C stops the demo, not the axis."
-        ));
-    }
     progress(streams, 0.0, "connecting");
     let mut session = board.connect(&mut |line| progress(streams, 0.0, line))?;
     let board_info = session.command("info")?.lines;
@@ -74,28 +74,11 @@ pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Res
         streams.say(&format!("        {line}"));
     }
 
-    let (sweep_command, motion) =
-        sweep::run(&mut session, &mut |done| progress(streams, 0.5 * done, "sweeping"))?;
-    let sweep_csv = folder.join("sweep.csv");
-    let sweep = rig.record(&sweep_csv.display().to_string(), &motion, sweep::CAMERA_SEED)?;
-    write_csv(&sweep_csv, &sweep)?;
-
-    progress(streams, 50.0 / 100.0, "identifying two modes from the sweep");
-    let identified = identify_forced(&sweep, &ForcedOptions::new(SETPOINT, TIP_DEFLECTION).with_modes(2))?;
-    write_file(&folder.join("modes.json"), &to_json(&identified)?)?;
-    for mode in &identified.modes {
-        streams.say(&format!(
-            "        {:.6} ± {:.1e} Hz, damping ratio {:.6} ± {:.1e}",
-            mode.frequency_hz.value,
-            mode.frequency_hz.stderr,
-            mode.damping_ratio.value,
-            mode.damping_ratio.stderr
-        ));
-    }
-
-    let moves = moves::run_all(&mut session, &rig, &identified, folder, &mut |done, what| {
-        progress(streams, 0.6 + 0.35 * done, what);
-    })?;
+    let enabled = board.enable(&mut session, "a sweep, and moves of up to 50 mm", consent, streams)?;
+    let measured = measure(&mut session, &rig, folder, streams);
+    // Whatever came of it.
+    enabled.leave(&mut session)?;
+    let Measured { sweep_command, sweep, identified, moves } = measured?;
     progress(streams, 0.95, "writing the report");
     let seconds = began.elapsed().as_secs_f64();
     let board = board.clone();
@@ -113,6 +96,45 @@ pub fn run(board: &BoardTarget, folder: &Path, streams: &mut Streams<'_>) -> Res
     write_file(&folder.join("summary.json"), &to_json(&result.summary())?)?;
     progress(streams, 1.0, "done");
     Ok(result)
+}
+
+/// What the board's motions give.
+struct Measured {
+    sweep_command: String,
+    sweep: Recording,
+    identified: IdentifiedModes,
+    moves: Vec<MoveResult>,
+}
+
+/// Sweeps, identifies, moves with every shaper, and writes the recordings.
+fn measure(
+    session: &mut Session,
+    rig: &Rig,
+    folder: &Path,
+    streams: &mut Streams<'_>,
+) -> Result<Measured, CliError> {
+    let (sweep_command, motion) = sweep::run(session, &mut |done| progress(streams, 0.5 * done, "sweeping"))?;
+    let sweep_csv = folder.join("sweep.csv");
+    let sweep = rig.record(&sweep_csv.display().to_string(), &motion, sweep::CAMERA_SEED)?;
+    write_csv(&sweep_csv, &sweep)?;
+
+    progress(streams, 50.0 / 100.0, "identifying two modes from the sweep");
+    let identified = identify_forced(&sweep, &ForcedOptions::new(SETPOINT, TIP_DEFLECTION).with_modes(2))?;
+    write_file(&folder.join("modes.json"), &to_json(&identified)?)?;
+    for mode in &identified.modes {
+        streams.say(&format!(
+            "        {:.6} ± {:.1e} Hz, damping ratio {:.6} ± {:.1e}",
+            mode.frequency_hz.value,
+            mode.frequency_hz.stderr,
+            mode.damping_ratio.value,
+            mode.damping_ratio.stderr
+        ));
+    }
+
+    let moves = moves::run_all(session, rig, &identified, folder, &mut |done, what| {
+        progress(streams, 0.6 + 0.35 * done, what);
+    })?;
+    Ok(Measured { sweep_command, sweep, identified, moves })
 }
 
 /// The files that [`run`] writes, relative to its folder, for messages.

@@ -75,6 +75,7 @@ pub fn run(folder: &Path, streams: &mut Streams<'_>) -> Result<PaperResult, CliE
     std::fs::create_dir_all(folder).map_err(|error| CliError::file(folder.display().to_string(), &error))?;
     let true_modes = rig.true_modes()?;
     let mut session = BoardTarget::Core.connect(&mut |_| {})?;
+    session.enable_virtual_drive()?;
     let sweeps = sweeps::run(&mut session, &rig, &mut |index, name| {
         progress(streams, 10 * index, &format!("sweep {name}"));
     })?;

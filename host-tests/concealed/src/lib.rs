@@ -7,6 +7,7 @@
 //! [`score`] opens the seal and judges.
 
 pub mod case;
+pub mod nulls;
 mod patience;
 pub mod picture;
 pub mod random;

@@ -29,6 +29,8 @@ const USAGE: &str = "usage: cargo xtask CHORE
                        let libFuzzer look for inputs that the console, files and frames do not survive
   prove [OPTION ...]   diagnose sealed cases of concealed physics and score the answers; --cases N, --seed S,
                        --resume, --page FILE.md and more (prove --help)
+  nulls [OPTION ...]   diagnose machines of which nothing is left out, by an independent simulator; --cases N, --seed S,
+                       --wrong SHARE,..., --page FILE.md and more (nulls --help)
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -67,6 +69,7 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["fuzz", "--runs", runs] => fuzz::fuzz(number(runs)?, None)?,
         ["fuzz", "--runs", runs, "--only", targets] => fuzz::fuzz(number(runs)?, Some(targets))?,
         ["prove", options @ ..] => prove::prove(options)?,
+        ["nulls", options @ ..] => prove::nulls(options)?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
         ["setup"] => setup::everything()?,

@@ -27,6 +27,15 @@ const SUBSET: [&str; 12] = [
 
 /// Builds tool and bench, and runs the bench with these options (docs/results/proof.md).
 pub fn prove(options: &[&str]) -> Result<(), Failure> {
+    bench("stillbeam-prove", options)
+}
+
+/// The same of machines of which nothing is left out (docs/results/nulls.md).
+pub fn nulls(options: &[&str]) -> Result<(), Failure> {
+    bench("stillbeam-nulls", options)
+}
+
+fn bench(program: &str, options: &[&str]) -> Result<(), Failure> {
     let built = ["--profile", "host", "--quiet"];
     // The bench looks for the tool beside itself.
     run(cargo().arg("build").args(built).args([
@@ -35,7 +44,8 @@ pub fn prove(options: &[&str]) -> Result<(), Failure> {
         "--package",
         "stillbeam-concealed",
     ]))?;
-    run(cargo().arg("run").args(built).args(["--package", "stillbeam-concealed", "--"]).args(options))
+    let chosen = ["--package", "stillbeam-concealed", "--bin", program, "--"];
+    run(cargo().arg("run").args(built).args(chosen).args(options))
 }
 
 /// Twenty cases, two of them at a time.

@@ -97,8 +97,7 @@ fn a_line_that_an_overrun_has_cut_is_refused_and_counted() {
     client.set_register(access.transfer, status | OVERRUN).expect("set");
     client.detach().expect("detached");
     raw.write_all(b"ve 10\r").expect("written");
-    let said = read_until(&mut raw, "err ");
-    assert!(said.contains("err crc line: bytes of it were lost"), "{said}");
+    read_until(&mut raw, "err crc line: bytes of it were lost");
     drop(raw);
     let mut session = talk(&emulator);
     let status = session.command("status").expect("status");

@@ -20,7 +20,6 @@ mod process;
 pub mod rsp;
 mod serial;
 pub mod stack;
-pub mod step_cover;
 pub mod thumb;
 mod tick_alignment;
 mod version;

@@ -38,7 +38,7 @@ impl Default for PulseTiming {
 pub const MAX_STEPS_PER_TICK: u16 = 240;
 
 /// How steps relate to nanometres at one tick rate.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PulseScale {
     /// Steps per nanometre, Q36.
     steps_per_nm: i64,
@@ -111,7 +111,7 @@ const PULSE_TIMER_CLOCK_HZ: u32 = 2 * TIMER_CLOCK_HZ;
 pub const TRAIN_SHARE: f64 = 15.0 / 16.0;
 
 /// The steps made so far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pulses {
     scale: PulseScale,
     made: i64,
@@ -191,14 +191,12 @@ impl Pulses {
 }
 
 /// How a timer makes the trains of one tick rate, each spread over [`TRAIN_SHARE`] of its tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TrainTiming {
     /// The timer counts every so many of its clocks, less one.
     pub prescaler: u16,
     /// Counts that a train may take.
     counts: u16,
-    /// Counts per microsecond.
-    counts_per_us: f64,
 }
 
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler")]
@@ -220,12 +218,11 @@ impl TrainTiming {
         let prescaler = clocks / 65_536;
         let counts = f64::from(clocks / (prescaler + 1)) * TRAIN_SHARE;
         // 200 Hz is a prescaler of 12; the counts of a tick are below 2¹⁶ by the line above.
-        let counts_per_us = f64::from(PULSE_TIMER_CLOCK_HZ) * 1e-6 / f64::from(prescaler + 1);
-        Self { prescaler: prescaler as u16, counts: counts as u16, counts_per_us }
+        Self { prescaler: prescaler as u16, counts: counts as u16 }
     }
 
     fn microseconds(&self, counts: u16) -> f64 {
-        f64::from(counts) / self.counts_per_us
+        f64::from(counts) * f64::from(self.prescaler + 1) / (f64::from(PULSE_TIMER_CLOCK_HZ) * 1e-6)
     }
 
     /// The most steps of a train whose edges are as far apart as `pulses` asks for, evenly spread over most of the tick, so

@@ -27,6 +27,7 @@ impl Scripted {
             ("echo off", "ok echo off\r\n"),
             ("stream off", "ok stream off decimation=0\r\n"),
             ("checksum on", "err unknown-command checksum: no such command\r\n"),
+            ("get link.timeout_ms", "err unknown-name link.timeout_ms: no such setting\r\n"),
         ]);
         Box::new(Self { answers, line: String::new(), outgoing: VecDeque::new(), clock: Duration::ZERO })
     }

@@ -36,7 +36,7 @@ pub enum Target {
 
 impl Target {
     /// Every target.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 17] = [
         Self::Console,
         Self::Frames,
         Self::Table,
@@ -45,9 +45,14 @@ impl Target {
         Self::Recording,
         Self::RecordingAs(Format::Csv),
         Self::RecordingAs(Format::Klipper),
+        Self::RecordingAs(Format::RepRap),
+        Self::RecordingAs(Format::Lvm),
         Self::RecordingAs(Format::Uff58),
         Self::RecordingAs(Format::Mat),
+        Self::RecordingAs(Format::Octave),
+        Self::RecordingAs(Format::Npy),
         Self::RecordingAs(Format::Wav),
+        Self::RecordingAs(Format::Json),
         Self::Model,
     ];
 
@@ -62,6 +67,10 @@ impl Target {
             Self::Recording => "recording",
             Self::RecordingAs(Format::Csv) => "csv",
             Self::RecordingAs(Format::Klipper) => "klipper",
+            Self::RecordingAs(Format::RepRap) => "reprap",
+            Self::RecordingAs(Format::Lvm) => "lvm",
+            Self::RecordingAs(Format::Octave) => "octave",
+            Self::RecordingAs(Format::Npy) => "npy",
             Self::RecordingAs(Format::Uff58 | Format::Uff58b) => "uff",
             Self::RecordingAs(Format::Mat) => "mat",
             Self::RecordingAs(Format::Wav) => "wav",

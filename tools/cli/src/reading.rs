@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
-use clap::Args;
-use stillbeam_recording::{ColumnChoice, Format, ReadOptions, Recording, TimeBase, read_recording};
+use clap::{Args, ValueEnum};
+use stillbeam_recording::{
+    ColumnChoice, Format, ReadOptions, Recording, Separator, TimeBase, read_recording,
+};
 
 use crate::error::CliError;
 use crate::streams::Streams;
@@ -11,18 +13,37 @@ use crate::streams::Streams;
 /// What a recording's file may leave open.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ReadArgs {
-    /// Format of the recordings: csv, klipper, uff58, uff58b, mat, wav; by default what their content shows
+    /// Format of the recordings: csv, klipper, reprap, lvm, uff58, uff58b, mat, octave, npy, wav, json; by default what their
+    /// content shows
     #[arg(long, value_name = "FORMAT")]
     format: Option<Format>,
-    /// Column or variable that holds the time in seconds, where it is not called time_s
-    #[arg(long, value_name = "SOURCE", conflicts_with = "sample_rate")]
-    time: Option<String>,
-    /// Samples per second, of files that hold no time
+    /// Column or variable that holds the time, and how many seconds its unit is, such as millis*0.001
+    #[arg(long, value_name = "SOURCE[*SCALE]", conflicts_with = "sample_rate")]
+    time: Option<TimeBase>,
+    /// Samples per second, of files that hold no time or wrong stamps
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     sample_rate: Option<f64>,
     /// A column to take, what to call it and its scale, such as tip_deflection_m=y*0.001; may be repeated
     #[arg(long = "column", value_name = "NAME_UNIT=SOURCE[*SCALE]")]
     columns: Vec<ColumnChoice>,
+    /// Lines to leave out before a table of text
+    #[arg(long, value_name = "N")]
+    skip_lines: Option<u32>,
+    /// What separates the cells of a table of text: comma, semicolon, tab, blanks, | or :; by default what its content shows
+    #[arg(long, value_name = "SEPARATOR")]
+    separator: Option<Separator>,
+    /// Decimal sign of a table of text; by default what its content shows
+    #[arg(long, value_name = "SIGN")]
+    decimal: Option<Decimal>,
+}
+
+/// A decimal sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Decimal {
+    #[value(alias = ".")]
+    Point,
+    #[value(alias = ",")]
+    Comma,
 }
 
 impl ReadArgs {
@@ -37,8 +58,11 @@ impl ReadArgs {
         });
         let options = ReadOptions {
             format: self.format,
-            time: interval.transpose()?.or_else(|| self.time.clone().map(TimeBase::Source)),
+            time: interval.transpose()?.or_else(|| self.time.clone()),
             columns: self.columns.clone(),
+            skip_lines: self.skip_lines,
+            separator: self.separator,
+            decimal_comma: self.decimal.map(|sign| sign == Decimal::Comma),
         };
         let imported = read_recording(path, &options)?;
         let name = path.display();

@@ -4,6 +4,7 @@ use thiserror::Error;
 
 use crate::format::Format;
 use crate::mat::MatProblem;
+use crate::npy::NpyProblem;
 use crate::uff::UffProblem;
 use crate::wav::WavProblem;
 
@@ -184,12 +185,6 @@ pub enum Problem {
         /// The limit, MiB.
         limit_mib: u64,
     },
-    /// A format that is only written.
-    #[error("{format} is written and not read; formats that can be read: {}", Format::readable().join(", "))]
-    NotReadable {
-        /// The format.
-        format: Format,
-    },
     /// A format that is only read.
     #[error("{format} is read and not written; formats that can be written: {}", Format::writable().join(", "))]
     NotWritable {
@@ -227,6 +222,15 @@ pub enum Problem {
         /// The signals there are.
         present: Vec<String>,
     },
+    /// Functions of frequency where a recording is needed.
+    #[error(
+        "the file holds {holds}, not a recording; record the signal over time: of Klipper the raw data \
+         (`TEST_RESONANCES ... OUTPUT=raw_data`, raw_data_*.csv), of an analyser the time responses"
+    )]
+    Spectrum {
+        /// What it holds, in words.
+        holds: String,
+    },
     /// A universal file at fault.
     #[error("read as a universal file: {0}")]
     Uff(Box<UffProblem>),
@@ -236,14 +240,62 @@ pub enum Problem {
     /// A WAV file at fault.
     #[error("read as a WAV file: {0}")]
     Wav(Box<WavProblem>),
-    /// The CSV layer refused the bytes for another reason.
-    #[error("row {row}: not readable as CSV: {reason}; save the file as comma-separated text")]
-    Malformed {
+    /// No column of a table is the time.
+    #[error(
+        "no column is a time: the file holds {}; say which it is, with --time COLUMN, or give --sample-rate HZ",
+        some(present)
+    )]
+    NoTimeColumn {
+        /// The columns there are.
+        present: Vec<String>,
+    },
+    /// Text without a table in it.
+    #[error(
+        "no table of numbers is found, the text begins with `{first}`; state --separator, --decimal or --skip-lines, or save it as CSV"
+    )]
+    NoTable {
+        /// Its first line, shortened.
+        first: String,
+    },
+    /// A spectrum whose frequencies do not increase.
+    #[error("row {row}: the frequency does not increase; sort the rows and remove repeated ones")]
+    FrequencyNotIncreasing {
         /// Line of the file.
         row: u64,
-        /// What the CSV reader said.
+    },
+    /// An accelerometer log of RepRapFirmware without its last line.
+    #[error("the last line, `Rate ..., overflows ...`, is missing; give --sample-rate HZ")]
+    NoRate,
+    /// A LabVIEW measurement file at fault.
+    #[error("read as a LabVIEW measurement file: {what} is missing; export it again, or save it as CSV")]
+    Lvm {
+        /// What is missing.
+        what: &'static str,
+    },
+    /// A text file of Octave at fault.
+    #[error("read as Octave's text format: line {line}: {what}; save the file again, or with -v7")]
+    Octave {
+        /// Line of the file.
+        line: u32,
+        /// What is wrong.
+        what: &'static str,
+    },
+    /// Text that is no JSON.
+    #[error("read as JSON: {}; write the file again, or as CSV", reason.lines().next().unwrap_or_default())]
+    Json {
+        /// Line of the file.
+        line: usize,
+        /// What the reader said.
         reason: String,
     },
+    /// JSON of something else.
+    #[error(
+        "read as JSON: it holds no arrays of numbers; a recording is {{\"columns\": {{\"time_s\": [...], \"tip_deflection_m\": [...]}}}}"
+    )]
+    JsonWithoutSignals,
+    /// A NumPy file at fault.
+    #[error("read as a NumPy array: {0}")]
+    Npy(Box<NpyProblem>),
 }
 
 fn list(names: &[String]) -> String {
@@ -254,6 +306,12 @@ fn list(names: &[String]) -> String {
 impl From<UffProblem> for Problem {
     fn from(problem: UffProblem) -> Self {
         Self::Uff(Box::new(problem))
+    }
+}
+
+impl From<NpyProblem> for Problem {
+    fn from(problem: NpyProblem) -> Self {
+        Self::Npy(Box::new(problem))
     }
 }
 

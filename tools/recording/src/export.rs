@@ -49,6 +49,12 @@ pub fn to_format(sink: impl Write, recording: &Recording, format: Format) -> Res
         Format::Uff58 => uff::to_uff58(sink, recording),
         Format::Uff58b => uff::to_uff58b(sink, recording),
         Format::Json => json_writer::to_json(sink, recording),
-        Format::Klipper | Format::Mat | Format::Wav => Err(recording.error(Problem::NotWritable { format })),
+        Format::Klipper
+        | Format::RepRap
+        | Format::Lvm
+        | Format::Mat
+        | Format::Octave
+        | Format::Npy
+        | Format::Wav => Err(recording.error(Problem::NotWritable { format })),
     }
 }

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::error::Problem;
+use crate::{klipper, lvm, mat, named, npy, octave, table};
 
 /// The file formats that are read or written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -12,35 +13,44 @@ pub enum Format {
     Csv,
     /// Klipper's raw accelerometer log: `#time,accel_x,accel_y,accel_z` in s and mm/s².
     Klipper,
+    /// RepRapFirmware's accelerometer log (M956): `Sample,X,Y,Z` in g, the rate in the last line.
+    RepRap,
+    /// LabVIEW measurement file, as text.
+    Lvm,
     /// Universal file, data set 58: functions at nodal degrees of freedom, as text.
     Uff58,
     /// Universal file, data set 58b: the same with binary values.
     Uff58b,
-    /// MATLAB level 5 MAT-file, as `save` writes it with `-v6` or (compressed) `-v7`.
+    /// MATLAB MAT-file of level 5, as `save` writes it with `-v6` or (compressed) `-v7`, or of level 4.
     Mat,
+    /// Octave's text format, as its `save` writes it by default.
+    Octave,
+    /// A NumPy array.
+    Npy,
     /// RIFF/WAVE audio.
     Wav,
-    /// The recording as one JSON object. Written, not read.
+    /// The recording as one JSON object.
     Json,
 }
 
 /// Every format with its name on the command line, the usual end of a file's name, and whether it is read
 /// and written.
-const FORMATS: [(Format, &str, &str, [bool; 2]); 7] = [
+const FORMATS: [(Format, &str, &str, [bool; 2]); 11] = [
     (Format::Csv, "csv", "csv", [true, true]),
     (Format::Klipper, "klipper", "csv", [true, false]),
+    (Format::RepRap, "reprap", "csv", [true, false]),
+    (Format::Lvm, "lvm", "lvm", [true, false]),
     (Format::Uff58, "uff58", "uff", [true, true]),
     (Format::Uff58b, "uff58b", "uff", [true, true]),
     (Format::Mat, "mat", "mat", [true, false]),
+    (Format::Octave, "octave", "txt", [true, false]),
+    (Format::Npy, "npy", "npy", [true, false]),
     (Format::Wav, "wav", "wav", [true, false]),
-    (Format::Json, "json", "json", [false, true]),
+    (Format::Json, "json", "json", [true, true]),
 ];
 
 /// Ends of file names that mean a universal file.
 const UFF_EXTENSIONS: [&str; 3] = ["uff", "unv", "uf"];
-
-/// What an HDF5 file, and so a MATLAB v7.3 file after its 512 bytes of text, begins with.
-const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
 
 /// Bytes of a file that are looked at to tell text from binary.
 const LOOKED_AT: usize = 4096;
@@ -70,34 +80,38 @@ impl Format {
     /// # Errors
     /// [`Problem::UnknownFormat`] for bytes that are none of them, with what they look like instead.
     pub fn detect(bytes: &[u8]) -> Result<Self, Problem> {
-        let unknown = |looks_like| Err(Problem::UnknownFormat { looks_like });
         if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WAVE") {
             return Ok(Self::Wav);
         }
-        if bytes.starts_with(HDF5) || bytes.get(512..520) == Some(HDF5) {
-            return unknown("an HDF5 file, which MATLAB writes with -v7.3; save it with -v7 instead");
+        if let Some(looks_like) = named::looks_like(bytes) {
+            return Err(Problem::UnknownFormat { looks_like });
         }
-        if matches!(bytes.get(126..128), Some(b"IM" | b"MI")) {
+        if bytes.starts_with(npy::SIGNATURE) {
+            return Ok(Self::Npy);
+        }
+        if matches!(bytes.get(126..128), Some(b"IM" | b"MI")) || mat::is_level_4(bytes) {
             return Ok(Self::Mat);
         }
         let start = bytes.get(..LOOKED_AT).unwrap_or(bytes);
         if let Some(binary) = universal_file(start) {
             return Ok(if binary { Self::Uff58b } else { Self::Uff58 });
         }
-        let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(start);
-        if start.starts_with(b"#time,") {
-            return Ok(Self::Klipper);
+        if !start.starts_with(b"time_s") && !table::is_text(start) {
+            let looks_like = "binary data; convert it to one of the formats that can be read";
+            return Err(Problem::UnknownFormat { looks_like });
         }
-        if start.starts_with(b"RF64") || start.starts_with(b"RIFX") || start.starts_with(b"fLaC") {
-            return unknown("audio that is not RIFF/WAVE; convert it to WAV");
+        let (text, _) = table::decode(start);
+        let text = text.trim_start();
+        if text.starts_with(lvm::SIGNATURE) {
+            return Ok(Self::Lvm);
         }
-        if start.starts_with(b"PK\x03\x04") {
-            return unknown("a ZIP archive or a spreadsheet; unpack it, or save the sheet as CSV");
+        if octave::is_octave(text) {
+            return Ok(Self::Octave);
         }
-        if start.contains(&0) && !start.starts_with(b"time_s") {
-            return unknown("binary data; convert it to one of the formats that can be read");
+        if text.starts_with('{') || text.starts_with("[{") || text.starts_with("[\n") {
+            return Ok(Self::Json);
         }
-        Ok(Self::Csv)
+        Ok(klipper::detect(text).unwrap_or(Self::Csv))
     }
 }
 

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use crate::content::{Content, Signals};
 use crate::error::{Problem, RecordingError};
 use crate::format::Format;
-use crate::options::ReadOptions;
+use crate::options::{ReadOptions, TimeBase};
 use crate::recording::Recording;
-use crate::{csv_reader, klipper, mat, side_file, uff, wav};
+use crate::spectrum::ImportedSpectra;
+use crate::{json_reader, klipper, lvm, mat, npy, octave, side_file, table, uff, wav};
 
 /// Files beyond this size are refused rather than taken into memory, bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -22,11 +24,29 @@ pub struct Imported {
     pub remarks: Vec<String>,
 }
 
+/// What a file may hold.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Measurement {
+    /// Signals over time.
+    Recording(Imported),
+    /// Functions of frequency.
+    Spectra(ImportedSpectra),
+}
+
 /// Reads a recording in any of the formats, and its side file (`same_stem.toml`) if there is one.
 ///
 /// # Errors
-/// A [`RecordingError`] that names the file, the place in it and the remedy.
+/// A [`RecordingError`] that names the file, the place in it and the remedy; [`Problem::Spectrum`] for a file that holds
+/// functions of frequency.
 pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Imported, RecordingError> {
+    recording_only(read_measurement(path, options)?)
+}
+
+/// Reads whatever a file holds, a recording (and its side file) or spectra.
+///
+/// # Errors
+/// A [`RecordingError`] that names the file, the place in it and the remedy.
+pub fn read_measurement(path: &Path, options: &ReadOptions) -> Result<Measurement, RecordingError> {
     let name = path.display().to_string();
     let failed = |problem| RecordingError::new(name.clone(), problem);
     let size = std::fs::metadata(path).map_err(|error| failed(Problem::Io(error)))?.len();
@@ -34,35 +54,82 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Imported, Re
         return Err(failed(Problem::TooLarge { limit_mib: MAX_FILE_BYTES >> 20 }));
     }
     let bytes = std::fs::read(path).map_err(|error| failed(Problem::Io(error)))?;
-    let mut imported = parse_recording(&bytes, name.as_str(), options)?;
-    side_file::read_into(path, &mut imported.recording)?;
-    Ok(imported)
+    let mut measurement = parse_measurement(&bytes, name.as_str(), options)?;
+    if let Measurement::Recording(imported) = &mut measurement {
+        side_file::read_into(path, &mut imported.recording)?;
+    }
+    Ok(measurement)
+}
+
+fn recording_only(measurement: Measurement) -> Result<Imported, RecordingError> {
+    match measurement {
+        Measurement::Recording(imported) => Ok(imported),
+        Measurement::Spectra(spectra) => {
+            let holds = spectra.words();
+            Err(RecordingError::new(spectra.name, Problem::Spectrum { holds }))
+        }
+    }
 }
 
 /// Reads a recording from the bytes of a file; `name` is what errors call it.
 ///
 /// # Errors
-/// A [`RecordingError`] that names the place and the remedy.
+/// As [`read_recording`].
 pub fn parse_recording(
     bytes: &[u8],
     name: impl Into<String>,
     options: &ReadOptions,
 ) -> Result<Imported, RecordingError> {
+    recording_only(parse_measurement(bytes, name, options)?)
+}
+
+/// Reads whatever the bytes of a file hold; `name` is what errors call it.
+///
+/// # Errors
+/// A [`RecordingError`] that names the place and the remedy.
+pub fn parse_measurement(
+    bytes: &[u8],
+    name: impl Into<String>,
+    options: &ReadOptions,
+) -> Result<Measurement, RecordingError> {
     let name = name.into();
-    let parsed = options.format.map_or_else(|| Format::detect(bytes), Ok).and_then(|format| {
-        let (time_s, columns, remarks) = match format {
-            Format::Csv => csv_reader::parse_with(bytes, options)?,
-            Format::Klipper => klipper::parse(bytes, options)?,
-            Format::Uff58 | Format::Uff58b => uff::parse(bytes, options)?,
-            Format::Mat => mat::parse(bytes, options)?,
-            Format::Wav => wav::parse(bytes, options)?,
-            Format::Json => return Err(Problem::NotReadable { format }),
-        };
-        let mut recording = Recording::new(name.clone(), time_s);
-        recording.columns = columns;
-        Ok(Imported { recording, format, remarks })
-    });
-    let imported = parsed.map_err(|problem| RecordingError::new(name, problem))?;
-    imported.recording.check()?;
-    Ok(imported)
+    let failed = |problem| RecordingError::new(name.clone(), problem);
+    let format = options.format.map_or_else(|| Format::detect(bytes), Ok).map_err(failed)?;
+    let Content { signals, mut remarks } = content(bytes, format, options).map_err(failed)?;
+    let (time_s, columns) = match signals {
+        Signals::OverTime(time_s, columns) => (time_s, columns),
+        Signals::Spectra(spectra) => {
+            return Ok(Measurement::Spectra(ImportedSpectra { name, spectra, format, remarks }));
+        }
+    };
+    let mut recording = Recording::new(name.clone(), time_s);
+    recording.columns = columns;
+    if let Some(TimeBase::IntervalS(interval_s)) = options.time {
+        remarks.extend(give_rate(&mut recording, interval_s));
+    }
+    recording.check()?;
+    Ok(Measurement::Recording(Imported { recording, format, remarks }))
+}
+
+fn content(bytes: &[u8], format: Format, options: &ReadOptions) -> Result<Content, Problem> {
+    match format {
+        Format::Csv => table::parse(bytes, options),
+        Format::Klipper => klipper::parse(bytes, options),
+        Format::RepRap => klipper::parse_reprap(bytes, options),
+        Format::Lvm => lvm::parse(bytes, options),
+        Format::Uff58 | Format::Uff58b => uff::parse(bytes, options),
+        Format::Mat => mat::parse(bytes, options).map(Content::from),
+        Format::Octave => octave::parse(bytes, options).map(Content::from),
+        Format::Npy => npy::parse(bytes, options),
+        Format::Wav => wav::parse(bytes, options).map(Content::from),
+        Format::Json => json_reader::parse(bytes, options),
+    }
+}
+
+/// Puts the rate that was given in the place of the file's own stamps, and says so where these differ.
+fn give_rate(recording: &mut Recording, interval_s: f64) -> Option<String> {
+    let given: Vec<f64> = (0..recording.len()).map(|k| k as f64 * interval_s).collect();
+    let own = std::mem::replace(&mut recording.time_s, given);
+    let moved = own.iter().zip(&recording.time_s).any(|(own, given)| (own - given).abs() > 1e-6 * interval_s);
+    moved.then(|| "the file's own time stamps gave way to the sample rate that was given".to_owned())
 }

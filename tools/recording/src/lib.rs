@@ -20,20 +20,29 @@
 //! Bad input is a [`RecordingError`] that names file, row, column and the remedy; reading never panics.
 
 mod channels;
-mod csv_columns;
+mod content;
 mod csv_reader;
 mod csv_writer;
 mod error;
 mod export;
 mod format;
+mod grid;
 mod import;
+mod json_reader;
 mod json_writer;
 mod klipper;
+mod lvm;
 mod mat;
+mod named;
+mod npy;
+mod octave;
 mod options;
 mod recording;
 mod side_file;
+mod spectrum;
+mod table;
 mod uff;
+mod unit_label;
 mod wav;
 
 pub use csv_reader::{parse_csv, read_csv};
@@ -41,10 +50,16 @@ pub use csv_writer::{to_csv, write_csv};
 pub use error::{Problem, RecordingError};
 pub use export::{to_format, write_recording};
 pub use format::Format;
-pub use import::{Imported, MAX_FILE_BYTES, parse_recording, read_recording};
+pub use import::{
+    Imported, MAX_FILE_BYTES, Measurement, parse_measurement, parse_recording, read_measurement,
+    read_recording,
+};
 pub use json_writer::to_json;
 pub use mat::MatProblem;
+pub use npy::NpyProblem;
 pub use options::{ColumnChoice, ReadOptions, TimeBase};
 pub use recording::{Column, MIN_SAMPLES, Recording, Role, TIME_COLUMN};
+pub use spectrum::{ImportedSpectra, Spectrum, SpectrumKind, SpectrumValues};
+pub use table::Separator;
 pub use uff::{UffProblem, to_uff58, to_uff58b};
 pub use wav::WavProblem;

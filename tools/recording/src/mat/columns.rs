@@ -67,12 +67,12 @@ fn time(variables: &[Variable], asked: Option<&TimeBase>) -> Result<Time, MatPro
         wanted,
         present: present(),
     };
-    let asked = match asked {
+    let (asked, scale) = match asked {
         Some(TimeBase::IntervalS(interval_s)) => {
             return Ok(Time::Interval { name: String::new(), interval_s: *interval_s });
         }
-        Some(TimeBase::Source(source)) => Some(source.as_str()),
-        None => None,
+        Some(TimeBase::Source { source, scale }) => (Some(source.as_str()), scale.unwrap_or(1.0)),
+        None => (None, 1.0),
     };
     let find = |wanted: &str| variables.iter().find(|variable| last(&variable.name) == wanted);
     let stamps = match asked {
@@ -85,7 +85,8 @@ fn time(variables: &[Variable], asked: Option<&TimeBase>) -> Result<Time, MatPro
     if let Some(variable) = stamps {
         return match &variable.value {
             Value::Matrix { rows, columns, numbers } if *rows.min(columns) == 1 && numbers.len() > 1 => {
-                Ok(Time::Stamps(variable.name.clone(), numbers.clone()))
+                let stamps = numbers.iter().map(|stamp| stamp * scale).collect();
+                Ok(Time::Stamps(variable.name.clone(), stamps))
             }
             _ => Err(bad(variable, "a vector of stamps in seconds")),
         };

@@ -1,4 +1,4 @@
-//! MATLAB level 5 MAT-files, plain (`-v6`) and compressed (`-v7`): numeric vectors and matrices, also in
+//! MATLAB's MAT-files of level 5, plain (`-v6`) and compressed (`-v7`), and of level 4: numeric vectors and matrices, also in
 //! structures.
 //!
 //! Conventions: the time is a variable `time_s`, or a scalar `interval_s` or `rate_hz`; a variable whose
@@ -8,9 +8,13 @@
 mod columns;
 mod element;
 mod error;
+mod level_4;
 mod variable;
 
 pub use error::MatProblem;
+
+pub(crate) use level_4::is_level_4;
+pub(crate) use variable::{Value, Variable};
 
 use std::io::Read;
 
@@ -20,7 +24,7 @@ use crate::csv_reader::Parsed;
 use crate::error::Problem;
 use crate::options::ReadOptions;
 use element::{COMPRESSED, Elements, MATRIX};
-use variable::{Reader, Variable};
+use variable::Reader;
 
 /// Length of the header.
 const HEADER: usize = 128;
@@ -31,7 +35,15 @@ const VARIABLE: &str = "the compressed variable";
 
 /// Reads the signals of a MAT-file.
 pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Problem> {
+    if is_level_4(bytes) {
+        return columns::parsed(&level_4::variables(bytes)?, options);
+    }
     columns::parsed(&variables(bytes, MAX_INFLATED)?, options)
+}
+
+/// Time and columns of variables that another reader found.
+pub(crate) fn of_variables(variables: &[Variable], options: &ReadOptions) -> Result<Parsed, Problem> {
+    columns::parsed(variables, options)
 }
 
 fn variables(bytes: &[u8], max_inflated: usize) -> Result<Vec<Variable>, MatProblem> {

@@ -13,14 +13,14 @@ const COMPLEX: u64 = 0x0800;
 
 /// A variable, or a field of a structure.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Variable {
+pub(crate) struct Variable {
     /// Name, with the structure's in front: `run1.y`.
-    pub(super) name: String,
-    pub(super) value: Value,
+    pub(crate) name: String,
+    pub(crate) value: Value,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Value {
+pub(crate) enum Value {
     /// A real matrix, column after column.
     Matrix { rows: usize, columns: usize, numbers: Vec<f64> },
     /// Anything that is no signal, and what it is.

@@ -27,10 +27,12 @@ pub(super) fn integer(text: &str) -> Option<i64> {
     if text.is_empty() { Some(0) } else { text.parse().ok() }
 }
 
-/// Columns `from..from + width` of a line, as far as it goes; 0-based.
+/// Columns `from..from + width` of a line, as far as it goes; 0-based, counted in characters.
 pub(super) fn field(line: &str, from: usize, width: usize) -> &str {
-    let end = (from + width).min(line.len());
-    line.get(from.min(end)..end).unwrap_or("")
+    let mut starts = line.char_indices().map(|(at, _)| at).chain([line.len()]).skip(from);
+    let start = starts.next().unwrap_or(line.len());
+    let end = if width == 0 { start } else { starts.nth(width - 1).unwrap_or(line.len()) };
+    line.get(start..end).unwrap_or("")
 }
 
 /// The numbers of a data line: separated by blanks or, where they abut, in columns of the widths, repeated.

@@ -7,87 +7,78 @@ mod error;
 mod fortran;
 mod function;
 mod lines;
+mod names;
+mod spectra;
+mod time_axis;
 mod units;
+mod values;
 mod writer;
 
 pub use error::UffProblem;
 pub use writer::{to_uff58, to_uff58b};
 
 use crate::channels::{Channel, select};
-use crate::csv_reader::Parsed;
+use crate::content::{Content, Signals};
 use crate::error::Problem;
 use crate::format::Format;
-use crate::options::{ColumnChoice, ReadOptions};
+use crate::options::{ReadOptions, TimeBase};
 use crate::recording::shorten;
-use function::{Binary, Function};
+use function::Function;
 use lines::{Lines, is_delimiter};
+use time_axis::common_time;
+use values::Binary;
 
 /// Unit code of data set 164 for metre, newton, kilogram, second.
 const SI: i64 = 1;
 /// IEEE 754 in data set 58b.
 const IEEE: i64 = 2;
 
-/// Reads the time responses of a universal file.
-pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Problem> {
-    if options.time.is_some() {
+/// Reads the time responses of a universal file or, where it holds none, its functions of frequency.
+pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Problem> {
+    if matches!(options.time, Some(TimeBase::Source { .. })) {
         return Err(Problem::OwnTime { format: Format::Uff58 });
     }
     let Contents { functions, si, others } = contents(bytes)?;
     if functions.is_empty() {
         return Err(UffProblem::NoFunctions { found: others }.into());
     }
-    let kinds: Vec<String> = functions.iter().map(Function::kind).collect();
-    let responses: Vec<Function> = functions.into_iter().filter(Function::is_time_response).collect();
+    let mut remarks: Vec<String> = functions.iter().filter_map(cut_remark).collect();
+    let (responses, rest): (Vec<Function>, Vec<Function>) =
+        functions.into_iter().partition(time_axis::is_time_response);
     if responses.is_empty() {
-        return Err(UffProblem::NoTimeResponse { kinds }.into());
+        let spectra = spectra::spectra(&rest, si);
+        if spectra.is_empty() {
+            let kinds = rest.iter().map(Function::kind).collect();
+            return Err(UffProblem::NoTimeResponse { kinds }.into());
+        }
+        return Ok(Content { signals: Signals::Spectra(spectra), remarks });
     }
-    let mut remarks = Vec::new();
-    if responses.len() < kinds.len() {
-        remarks.push(format!(
-            "left out: {} functions that are no time responses",
-            kinds.len() - responses.len()
-        ));
+    if !rest.is_empty() {
+        remarks.push(format!("left out: {} functions that are no time responses", rest.len()));
     }
+    let names = names::column_names(&responses, si);
     let channels: Vec<Channel> = (1..)
-        .zip(&responses)
-        .map(|(number, function): (u32, _)| Channel {
+        .zip(responses.iter().zip(names))
+        .map(|(number, (function, name)): (u32, _)| Channel {
             source: number.to_string(),
-            name: function.column_name(si),
+            name,
             description: function.description(),
             samples: function.values.clone(),
         })
         .collect();
-    let time_s = common_time(&responses, &channels, &options.columns)?;
+    let (time_s, channels) = common_time(&responses, channels, &options.columns, &mut remarks)?;
     let (columns, more) = select(channels, &options.columns)?;
     remarks.extend(more);
-    Ok((time_s, columns, remarks))
+    Ok(Content { signals: Signals::OverTime(time_s, columns), remarks })
 }
 
-/// The time axis of all functions that are taken.
-fn common_time(
-    responses: &[Function],
-    channels: &[Channel],
-    choices: &[ColumnChoice],
-) -> Result<Vec<f64>, Problem> {
-    let is_taken = |channel: &Channel| match choices {
-        [] => channel.name.is_some(),
-        _ => choices
-            .iter()
-            .any(|choice| choice.source == channel.source || channel.name.as_ref() == Some(&choice.source)),
-    };
-    let mut taken = responses.iter().zip(channels).filter(|(_, channel)| is_taken(channel));
-    // With none taken, choosing the columns says why.
-    let Some((first, first_channel)) = taken.next() else { return Ok(Vec::new()) };
-    let name = |channel: &Channel| channel.name.clone().unwrap_or_else(|| channel.source.clone());
-    match taken.find(|(function, _)| function.time_s != first.time_s) {
-        None => Ok(first.time_s.clone()),
-        Some((_, other)) => Err(UffProblem::DifferentTimes {
-            first: name(first_channel),
-            second: name(other),
-            present: crate::channels::descriptions(channels),
-        }
-        .into()),
-    }
+fn cut_remark(function: &Function) -> Option<String> {
+    let announced = function.cut?;
+    let read = function.values.len();
+    Some(format!(
+        "the file ends within the function of line {}: {read} of {announced} values were read",
+        function.line
+    ))
 }
 
 struct Contents {

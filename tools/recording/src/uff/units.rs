@@ -16,26 +16,9 @@ const QUANTITIES: [(i64, &str, &str); 12] = [
     (18, "frequency", "Hz"),
 ];
 
-/// Specific data type of time.
+/// Specific data types of time and of frequency.
 pub(super) const TIME: i64 = 17;
-
-/// Unit labels whose column unit is not plain from their characters.
-const LABELS: [(&str, &str); 14] = [
-    ("m/sec", "m_s"),
-    ("m/sec2", "m_s2"),
-    ("m/sec^2", "m_s2"),
-    ("m/sec**2", "m_s2"),
-    ("newton", "N"),
-    ("newtons", "N"),
-    ("volt", "V"),
-    ("volts", "V"),
-    ("meter", "m"),
-    ("metre", "m"),
-    ("g's", "g"),
-    ("gn", "g"),
-    ("pascal", "Pa"),
-    ("%", "percent"),
-];
+pub(super) const FREQUENCY: i64 = 18;
 
 /// Name of a quantity; `signal` for codes that name none.
 pub(super) fn quantity(data_type: i64) -> &'static str {
@@ -58,26 +41,6 @@ pub(super) fn data_type(unit: &str) -> i64 {
         "Pa" => 15,
         _ => 0,
     }
-}
-
-/// A unit label as the end of a column's name; `None` for an empty one or `NONE`.
-pub(super) fn of_label(label: &str) -> Option<String> {
-    let label = label.trim();
-    if label.is_empty() || label.eq_ignore_ascii_case("none") || label.eq_ignore_ascii_case("unknown") {
-        return None;
-    }
-    if let Some((_, unit)) = LABELS.iter().find(|(known, _)| label.eq_ignore_ascii_case(known)) {
-        return Some((*unit).to_owned());
-    }
-    let plain = label.replace("**", "").replace('^', "").replace('²', "2");
-    let unit: String = plain
-        .chars()
-        .map(|c| if matches!(c, '/' | '*' | '·' | ' ' | '-') { '_' } else { c })
-        .filter(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | 'µ'))
-        .collect();
-    let unit = unit.replace('µ', "u");
-    let unit = unit.trim_matches('_');
-    (!unit.is_empty()).then(|| unit.to_owned())
 }
 
 /// A column's unit as a label.
@@ -113,26 +76,7 @@ pub(super) fn direction(code: i64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn labels_become_units_of_column_names() {
-        let grid = [
-            ("m/s^2", "m_s2"),
-            ("m/s2", "m_s2"),
-            ("M/SEC**2", "m_s2"),
-            ("mm/s^2", "mm_s2"),
-            ("g", "g"),
-            ("µm", "um"),
-            ("N*m", "N_m"),
-            ("  V ", "V"),
-        ];
-        for (text, unit) in grid {
-            assert_eq!(of_label(text).as_deref(), Some(unit), "{text}");
-        }
-        for text in ["", "  ", "NONE", "none", "^", "?"] {
-            assert_eq!(of_label(text), None, "{text}");
-        }
-    }
+    use crate::unit_label::of_label;
 
     #[test]
     fn units_that_are_written_are_read_back() {

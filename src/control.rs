@@ -142,6 +142,8 @@ pub struct Controller<'m> {
     /// The longest that this braking takes from the velocity limit that the motion was planned with.
     ramp_ticks: u32,
     pulses: Option<Pulses>,
+    /// The steps of the last tick, where there are pulses.
+    train: StepTrain,
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
     encoder_counter: u16,
@@ -219,6 +221,7 @@ impl<'m> Controller<'m> {
             motion: Motion::Hold,
             owed: Owed::default(),
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
+            train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
             braking: setup.braking,
             ramp_ticks: setup.drive.times.ramp,
@@ -256,10 +259,10 @@ impl<'m> Controller<'m> {
         }
     }
 
-    /// What the step output has to be set up for; `None` without step pulses.
+    /// The steps to make in the tick that has just been computed; `None` without step pulses.
     #[inline]
-    pub fn pulse_configuration(&self) -> Option<PulseConfiguration> {
-        self.pulses.as_ref().map(Pulses::configuration)
+    pub fn train(&self) -> Option<StepTrain> {
+        self.pulses.as_ref().map(|_| self.train)
     }
 
     /// Starts in [`Fault::Restart`]: after a crash nothing moves before a person says so.
@@ -280,11 +283,19 @@ impl<'m> Controller<'m> {
     /// One tick of the control loop.
     #[inline]
     pub fn tick(&mut self, inputs: Inputs) -> TickOutput {
+        self.tick_asking(inputs, |_| inputs.pulses_busy)
+    }
+
+    /// The same, asking whether the step output still makes the steps of an earlier tick only where there is one:
+    /// [`Inputs::pulses_busy`] is not looked at.
+    #[inline]
+    pub fn tick_asking(
+        &mut self,
+        inputs: Inputs,
+        pulses_busy: impl FnOnce(PulseConfiguration) -> bool,
+    ) -> TickOutput {
         if self.links.requests.ready() {
             self.take_request();
-        }
-        if self.links.asked.waits_for_tick() {
-            self.take_asked();
         }
         let encoder = self.observe(inputs);
         self.advance_command();
@@ -296,23 +307,24 @@ impl<'m> Controller<'m> {
         let drive_enabled = self.outputs.enable;
         let target = Target { setpoint: self.setpoint, previous: before, encoder, drive_enabled };
         let analog = self.setup.analog.code(target, &mut self.owed);
-        let (train, steps_up) = match &mut self.pulses {
+        let behind = match &mut self.pulses {
             Some(pulses) => {
-                let train = pulses.step(self.setpoint, inputs.pulses_busy);
-                (train, Some(train.up))
+                self.train = pulses.step(self.setpoint, pulses_busy(pulses.configuration()));
+                self.train.behind
             }
-            None => (StepTrain::default(), None),
+            None => false,
         };
-        self.note_clamping(analog.clamped || train.behind);
+        self.note_clamping(analog.clamped | behind);
         let (flags, activity) = self.publish(encoder);
         let sample_queued = self.offer_sample(encoder, flags, activity);
         self.tick = self.tick.wrapping_add(1);
+        let train = self.train();
         TickOutput {
             setpoint: self.setpoint,
             analog: analog.code,
-            steps: train.steps,
-            step_period: train.period,
-            steps_up,
+            steps: train.map_or(0, |train| train.steps),
+            step_period: train.map_or(0, |train| train.period),
+            steps_up: train.map(|train| train.up),
             drive: self.outputs,
             sample_queued,
         }
@@ -328,8 +340,6 @@ impl<'m> Controller<'m> {
     }
 
     /// What single bytes ask for, whatever the console is about.
-    #[cold]
-    #[inline(never)]
     fn take_asked(&mut self) {
         let asked = self.links.asked.take_for_tick();
         if asked.stop {
@@ -341,11 +351,18 @@ impl<'m> Controller<'m> {
         }
     }
 
+    #[inline]
     fn give_back(&mut self, memory: Option<MotionMemory<'m>>) {
         if let Some(memory) = memory {
-            // One of the two histories is always live; the queue has room for the other and an uploaded command.
-            let _returned = offer(&mut self.links.retired, memory);
+            self.return_memory(memory);
         }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn return_memory(&mut self, memory: MotionMemory<'m>) {
+        // One of the two histories is always live; the queue has room for the other and an uploaded command.
+        let _returned = offer(&mut self.links.retired, memory);
     }
 
     fn accept(&mut self, request: Request<'m>) {
@@ -422,8 +439,13 @@ impl<'m> Controller<'m> {
     fn observe(&mut self, inputs: Inputs) -> Option<Nanometres> {
         // One branch for all that hardly ever happens.
         let unusual = self.setup.drive.inputs.unusual(inputs.contacts);
-        if inputs.emergency | inputs.late | self.attention | unusual.any() | (inputs.missed_ticks != 0) {
-            self.react(inputs, unusual);
+        let asked = self.links.asked.waits_for_tick();
+        let flagged = u32::from(inputs.emergency)
+            | u32::from(inputs.late)
+            | u32::from(self.attention)
+            | u32::from(asked);
+        if flagged | u32::from(unusual.bits()) | u32::from(inputs.missed_ticks) != 0 {
+            self.react(unusual, inputs.emergency, inputs.missed_ticks, inputs.late);
         }
         self.conditions.flags = self.conditions.flags.with_contacts(inputs.contacts);
         self.encoder_counter = inputs.encoder_counter;
@@ -446,7 +468,6 @@ impl<'m> Controller<'m> {
         if self.setup.guard.forbids(self.setpoint, shaped) {
             return self.brake_at_limit(shaped);
         }
-        self.conditions.limit = false;
         shaped
     }
 
@@ -476,24 +497,37 @@ impl<'m> Controller<'m> {
         Flags(self.conditions.flags.0 | Flags::FAULT.0 | settled)
     }
 
+    /// Of the tick alone, so that it is part of it.
+    #[inline]
     fn advance_command(&mut self) {
         let next = match &mut self.motion {
-            Motion::Hold => {
-                self.quiet_ticks = self.quiet_ticks.saturating_add(1);
-                return;
-            }
+            Motion::Hold => None,
             Motion::Planned(plan) => plan.step(),
             Motion::Stop(plan) | Motion::Braking(plan) => plan.step(),
         };
         let Some(position) = next else {
-            self.change_motion(Motion::Hold);
+            if !matches!(self.motion, Motion::Hold) {
+                self.end_motion();
+            }
             self.quiet_ticks = self.quiet_ticks.saturating_add(1);
             return;
         };
+        self.follow(position);
+    }
+
+    /// The next position of the command.
+    #[inline]
+    fn follow(&mut self, position: FinePosition) {
         self.command = position.rounded();
         self.quiet_ticks = 0;
         let [_, before, now] = self.recent;
         self.recent = [before, now, position];
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn end_motion(&mut self) {
+        self.change_motion(Motion::Hold);
     }
 
     fn change_motion(&mut self, next: Motion<'m>) {

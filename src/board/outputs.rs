@@ -53,12 +53,10 @@ pub fn set_analog(code: DacCode) {
 /// Enables or disables the drive, opens or closes the brake. One store, so it is safe in any context.
 #[inline]
 pub fn set_drive(outputs: Outputs) {
-    pac::GPIOB.bsrr().write(|change| {
-        change.set_bs(ENABLE_PIN, outputs.enable);
-        change.set_br(ENABLE_PIN, !outputs.enable);
-        change.set_bs(BRAKE_PIN, outputs.brake_open);
-        change.set_br(BRAKE_PIN, !outputs.brake_open);
-    });
+    // One word: the pins to set below, those to reset 16 bits above.
+    const BOTH: u32 = 1 << ENABLE_PIN | 1 << BRAKE_PIN;
+    let set = u32::from(outputs.enable) << ENABLE_PIN | u32::from(outputs.brake_open) << BRAKE_PIN;
+    pac::GPIOB.bsrr().write(|change| change.0 = set | (set ^ BOTH) << 16);
 }
 
 /// The analog code for standing still, or [`HOLD`].

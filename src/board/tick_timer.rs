@@ -34,7 +34,15 @@ struct TickState {
     ticks_to_heartbeat: u32,
 }
 
-struct TickCell(UnsafeCell<Option<TickState>>);
+/// Told apart by one byte: without `repr` the tag would hide in the unused values of a field of 64 bits, which takes longer to
+/// read in every tick.
+#[repr(u8)]
+enum Slot {
+    Empty,
+    Running(TickState),
+}
+
+struct TickCell(UnsafeCell<Slot>);
 
 // SAFETY: the cell is only reached through `start`, before the interrupt is unmasked, and through the interrupt, after.
 // Neither can preempt the other, and an interrupt does not preempt itself.
@@ -46,7 +54,7 @@ struct SupervisorCell(UnsafeCell<Supervisor>);
 // SAFETY: only the doorbell's handler reaches it, and an interrupt does not preempt itself.
 unsafe impl Sync for SupervisorCell {}
 
-static STATE: TickCell = TickCell(UnsafeCell::new(None));
+static STATE: TickCell = TickCell(UnsafeCell::new(Slot::Empty));
 static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::new()));
 static TASK: AtomicWaker = AtomicWaker::new();
 /// A heartbeat is due: the console is to make a round.
@@ -69,7 +77,7 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     STATUS.set(controller.status());
     let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
     // SAFETY: see `TickCell`: the interrupt is still masked.
-    unsafe { *STATE.0.get() = Some(state) };
+    unsafe { *STATE.0.get() = Slot::Running(state) };
     DOORBELL.set_priority(Priority::P13);
     interrupt::Interrupt::TIM2.set_priority(Priority::P1);
     // SAFETY: both handlers are defined below and what they use has been set up above.
@@ -150,15 +158,15 @@ impl TickState {
             contacts: digital_inputs::levels(),
             // One update is this tick's; none means that nobody counts.
             missed_ticks: counted.wrapping_sub(self.counted).saturating_sub(1),
-            pulses_busy: self.controller.pulse_configuration().is_some_and(step_pulses::is_busy),
+            pulses_busy: false,
             late: self.late,
         };
         self.counted = counted;
-        let output = self.controller.tick(inputs);
+        let output = self.controller.tick_asking(inputs, step_pulses::is_busy);
         outputs::set_drive(output.drive);
         outputs::set_analog(output.analog);
-        if let Some(up) = output.steps_up {
-            step_pulses::make(output.steps, output.step_period, up);
+        if let Some(train) = self.controller.train() {
+            step_pulses::make(train.steps, train.period, train.up);
         }
         self.ticks_to_heartbeat -= 1;
         let heartbeat = self.ticks_to_heartbeat == 0;
@@ -180,7 +188,7 @@ impl TickState {
 fn TIM2() {
     pac::TIM2.sr().write(|flags| flags.0 = !1);
     // SAFETY: see `TickCell`: from `start` on only this interrupt reaches it.
-    if let Some(state) = unsafe { &mut *STATE.0.get() } {
+    if let Slot::Running(state) = unsafe { &mut *STATE.0.get() } {
         state.run();
     }
 }

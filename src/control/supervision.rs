@@ -2,7 +2,7 @@
 //!
 //! All of it is apart from the tick, which then has registers enough for what it does every time.
 
-use super::{Controller, DriveEvent, Inputs, Motion};
+use super::{Controller, DriveEvent, Motion};
 use crate::drive::{Lacking, Times, Unusual};
 use crate::fault::{Event, Fault};
 use crate::motion::StopPlan;
@@ -17,18 +17,19 @@ impl Controller<'_> {
     /// To inputs that say that something is wrong, or was in the last tick, and to a drive on its way.
     #[cold]
     #[inline(never)]
-    pub(super) fn react(&mut self, inputs: Inputs, unusual: Unusual) {
-        if inputs.missed_ticks != 0 {
-            self.note(Event::MissedTick, i32::from(inputs.missed_ticks));
+    pub(super) fn react(&mut self, unusual: Unusual, emergency: bool, missed_ticks: u16, late: bool) {
+        self.take_asked();
+        if missed_ticks != 0 {
+            self.note(Event::MissedTick, i32::from(missed_ticks));
             // At rest nothing was missed: the setpoint would not have moved.
             if !self.is_at_rest() && !self.drive.is_off() {
                 self.trip(Fault::MissedTick);
             }
         }
-        if inputs.late {
+        if late {
             self.note(Event::LateTick, 0);
         }
-        let emergency = inputs.emergency || self.setup.drive.inputs.is_emergency(unusual);
+        let emergency = emergency || self.setup.drive.inputs.is_emergency(unusual);
         if emergency != self.conditions.flags.contains(Flags::EMERGENCY_INPUT) {
             self.conditions.put(Flags::EMERGENCY_INPUT, emergency);
             if emergency {
@@ -181,6 +182,7 @@ impl Controller<'_> {
     /// Goes on after a fault.
     pub(super) fn clear(&mut self) {
         self.latch.clear();
+        self.conditions.limit = false;
         self.note(Event::Cleared, 0);
         self.tell_drive(DriveEvent::Clear);
     }
@@ -207,7 +209,11 @@ impl Controller<'_> {
         }
         self.conditions.limit = true;
         self.trip(Fault::Limit);
-        self.advance_command();
+        if let Motion::Braking(plan) = &mut self.motion
+            && let Some(position) = plan.step()
+        {
+            self.follow(position);
+        }
         self.command
     }
 

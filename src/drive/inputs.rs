@@ -141,6 +141,12 @@ impl Unusual {
         self.0 != 0
     }
 
+    /// A bit for each, as in [`Flags::INPUTS`].
+    #[inline]
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
     /// Those that were not in `before`.
     #[must_use]
     pub fn since(self, before: Self) -> Self {

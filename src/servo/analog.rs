@@ -139,30 +139,41 @@ impl AnalogOutput {
         match self.quantity {
             AnalogQuantity::Position => {
                 let value_nm = i64::from(target.setpoint.0.max(-self.limit_nm).min(self.limit_nm));
-                within_range((value_nm * self.gain + self.zero) >> FRACTION_BITS)
+                // Within 2¹⁴ by the limit.
+                within_range(((value_nm * self.gain + self.zero) >> FRACTION_BITS) as i32)
             }
-            AnalogQuantity::Velocity => self.velocity_code(target, owed),
+            AnalogQuantity::Velocity => {
+                let Target { setpoint, previous, encoder, drive_enabled } = target;
+                self.velocity_code(owed, setpoint, previous, encoder, drive_enabled)
+            }
         }
     }
 
-    /// Apart from the tick of a position, which then has its registers.
+    /// Apart from the tick of a position, which then has its registers and lays nothing out in memory for it.
     #[inline(never)]
-    fn velocity_code(&self, target: Target, owed: &mut Owed) -> AnalogCode {
-        if !target.drive_enabled {
+    fn velocity_code(
+        &self,
+        owed: &mut Owed,
+        setpoint: Nanometres,
+        previous: Nanometres,
+        encoder: Option<Nanometres>,
+        drive_enabled: bool,
+    ) -> AnalogCode {
+        if !drive_enabled {
             *owed = Owed(0);
-            return within_range(self.zero >> FRACTION_BITS);
+            return within_range((self.zero >> FRACTION_BITS) as i32);
         }
-        let moved_nm = i64::from(target.setpoint.0) - i64::from(target.previous.0);
-        let correction = match target.encoder {
+        let moved_nm = i64::from(setpoint.0) - i64::from(previous.0);
+        let correction = match encoder {
             // The encoder was read before this tick's setpoint went out: it is compared with the one before.
-            Some(position) => self.position_loop.correction(target.previous, position),
+            Some(position) => self.position_loop.correction(previous, position),
             None => VelocityQ8(0),
         };
         let limit = i64::from(self.limit_nm) << VelocityQ8::FRACTION_BITS;
         let velocity = ((moved_nm << VelocityQ8::FRACTION_BITS) + correction.0).max(-limit).min(limit);
         // Within 2⁶² by the limit.
         let wanted = ((velocity * self.gain) >> VelocityQ8::FRACTION_BITS) + self.zero + owed.0;
-        let found = within_range(wanted >> FRACTION_BITS);
+        let found = within_range((wanted >> FRACTION_BITS) as i32);
         // Half a code is in `zero`. What does not fit into the range is lost: it would come out as a speed that nobody asked for.
         let left = wanted - (i64::from(found.code.0) << FRACTION_BITS) - HALF;
         *owed = Owed(left.clamp(-HALF, HALF));
@@ -174,13 +185,13 @@ impl AnalogOutput {
     pub fn standstill(&self) -> Option<DacCode> {
         match self.quantity {
             AnalogQuantity::Position => None,
-            AnalogQuantity::Velocity => Some(within_range(self.zero >> FRACTION_BITS).code),
+            AnalogQuantity::Velocity => Some(within_range((self.zero >> FRACTION_BITS) as i32).code),
         }
     }
 }
 
 #[inline]
-fn within_range(code: i64) -> AnalogCode {
-    let inside = code.clamp(i64::from(DacCode::LOWEST.0), i64::from(DacCode::HIGHEST.0));
+fn within_range(code: i32) -> AnalogCode {
+    let inside = code.clamp(i32::from(DacCode::LOWEST.0), i32::from(DacCode::HIGHEST.0));
     AnalogCode { code: DacCode(inside as u16), clamped: inside != code }
 }

@@ -221,9 +221,9 @@ fn travel(journey: &Journey, taken: &Taken) -> Result<(), TestCaseError> {
     }
 
     let step = |pair: (i32, i32)| (pair.1 - pair.0).abs();
-    let most = samples.windows(2).map(|pair| step((pair[0].command.0, pair[1].command.0))).max();
-    let most_nm = most.unwrap_or(0);
-    let commands = || samples.iter().map(|sample| sample.command.0).chain([0]);
+    // From rest at zero: a motion that is stopped at once has its only step before the first sample.
+    let commands = || std::iter::once(0).chain(samples.iter().map(|sample| sample.command.0));
+    let most_nm = commands().zip(commands().skip(1)).map(step).max().unwrap_or(0);
     let hull_nm = commands().min().unwrap_or(0) - ROUNDING_NM..=commands().max().unwrap_or(0) + ROUNDING_NM;
     for pair in samples.windows(2) {
         let (before, now) = (&pair[0], &pair[1]);

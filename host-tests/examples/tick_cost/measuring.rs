@@ -88,7 +88,7 @@ impl Bench {
 
     /// A third table is refused while two are at work.
     fn require_handover(&mut self) -> Result<(), Box<dyn Error>> {
-        match self.session.command("apply") {
+        match self.session.command("shaper off") {
             Err(BoardError::Refused { .. }) => Ok(()),
             Ok(_) => Err("the handover was over before its ticks were counted".into()),
             Err(error) => Err(error.into()),

@@ -9,10 +9,6 @@ use support::{paper_beam, refused, stillbeam};
 #[test]
 fn recordings_that_cannot_be_used_are_refused_by_name() {
     let folder = tempfile::tempdir().unwrap();
-    let good_rows: String = (0..40).fold(String::new(), |mut rows, k| {
-        writeln!(rows, "{},{}", 0.01 * f64::from(k), (0.3 * f64::from(k)).sin()).unwrap();
-        rows
-    });
     let header = "time_s,tip_deflection_m\n";
     let cases: [(&str, String, &[&str]); 10] = [
         ("empty", String::new(), &["empty"]),

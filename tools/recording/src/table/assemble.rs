@@ -162,7 +162,7 @@ fn columns(
         let nothing = samples.is_empty()
             || samples.iter().all(|sample| sample.is_nan()) && heading.unit.is_none()
             || table.clocks.get(at) == Some(&true)
-            || (heading.is_counter() || !table.has_header && at == 0) && counts(&samples)
+            || (if table.has_header { heading.is_counter() } else { at == 0 }) && counts(&samples)
             || heading.is_time(at);
         if nothing && !asked {
             left_out.push(format!("`{}`", shorten(&heading.source)));

@@ -40,7 +40,7 @@ pub fn amplitude_nm(setpoints_nm: &[i32], (frequency_hz, damping_ratio): Ringing
 /// # Panics
 /// When the console refuses the modes, or the move does not end exactly on its target.
 pub fn move_50_mm(modes: &[(Ringing, &str)]) -> Vec<i32> {
-    let mut bench = Bench::new();
+    let mut bench = Bench::enabled();
     for (number, ((frequency_hz, damping_ratio), shaper)) in modes.iter().enumerate() {
         let number = number + 1;
         bench.accept(&format!("set mode{number}.frequency_hz {frequency_hz}"));

@@ -10,7 +10,9 @@ use stillbeam::board::{BoardError, Session};
 use stillbeam_firmware::motion::pieces::MAX_PLAN_TICKS;
 use stillbeam_firmware::watchdog::{HEARTBEATS_PER_S, OSCILLATOR_HZ, Patience};
 use stillbeam_host_tests::emulator::rsp::RspError;
-use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, REST_LIMIT, function_address};
+use stillbeam_host_tests::emulator::{
+    Emulator, EmulatorOptions, REST_LIMIT, function_address, static_address,
+};
 use stillbeam_host_tests::played_plans::{overlaid, upload_lines};
 
 /// IWDG_KR (RM0090), written once per feed.
@@ -25,8 +27,10 @@ const SHIFT: u8 = 0;
 struct Board {
     session: Session,
     emulator: Emulator,
-    /// The interrupt that feeds, once per heartbeat where nothing is streamed.
+    /// The interrupt that feeds: at heartbeats, and it is rung for bytes and samples too.
     doorbell: u32,
+    /// Whether it is rung for a heartbeat.
+    look_due: u32,
 }
 
 /// What the doorbell did meanwhile.
@@ -49,7 +53,8 @@ fn boot() -> Option<Board> {
     let path = emulator.serial_port().to_str().expect("a readable path").to_owned();
     let port = SerialBoard::open(&path).expect("the port opens");
     let session = Session::start(Box::new(port)).expect("the console answers");
-    Some(Board { session, emulator, doorbell })
+    let look_due = static_address(&image, "LOOK_DUE").expect("its address");
+    Some(Board { session, emulator, doorbell, look_due })
 }
 
 impl Board {
@@ -65,8 +70,9 @@ impl Board {
                 while !answered.load(Ordering::Relaxed) {
                     match client.resume(Duration::from_millis(500)) {
                         Ok(_) if client.register(PC).expect("a register") == self.doorbell => {
-                            found.heartbeats += 1;
-                            pause += 1;
+                            let due = client.memory(self.look_due, 1).expect("a byte") != [0];
+                            found.heartbeats += u32::from(due);
+                            pause += u32::from(due);
                             // Off the breakpoint.
                             client.step(Duration::from_secs(5)).expect("a step");
                         }

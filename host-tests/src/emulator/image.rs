@@ -22,6 +22,24 @@ pub fn function_address(image: &Path, name: &str) -> Result<u32, EmulatorError> 
     })
 }
 
+/// Address of the image's static `name`, whatever module it is in.
+///
+/// # Errors
+///
+/// [`EmulatorError::Image`] where the image cannot be read or has no such static.
+pub fn static_address(image: &Path, name: &str) -> Result<u32, EmulatorError> {
+    let fail = |reason: String| EmulatorError::Image { image: image.to_owned(), reason };
+    let bytes = std::fs::read(image).map_err(|error| fail(error.to_string()))?;
+    let file = object::File::parse(bytes.as_slice()).map_err(|error| fail(error.to_string()))?;
+    // As the compiler mangles the last part of a path: its length before it, a hash behind.
+    let mangled = format!("{}{name}17h", name.len());
+    let found = file.symbols().find(|symbol| {
+        symbol.kind() == SymbolKind::Data && symbol.name().is_ok_and(|own| own.contains(&mangled))
+    });
+    let address = found.and_then(|symbol| u32::try_from(symbol.address()).ok());
+    address.ok_or_else(|| fail(format!("it has no static `{name}`")))
+}
+
 /// The functions of an image.
 #[derive(Debug)]
 pub(super) struct ImageSymbols {

@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 
 pub use boot::BootReport;
 pub use error::EmulatorError;
-pub use image::{BOOT_COMPLETE_SYMBOL, function_address};
+pub use image::{BOOT_COMPLETE_SYMBOL, function_address, static_address};
 pub use version::{OLDEST_MAJOR, QemuVersion};
 
 use boot::{BootFailure, Circumstances};

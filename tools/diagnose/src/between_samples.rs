@@ -11,6 +11,7 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use stillbeam_identify::InputInterpolation;
 use stillbeam_identify::interpolation::PiecewiseCubic;
+use stillbeam_plant::{Hold, Model};
 
 /// A slow input has at most this share of its power's changes above a quarter of the sampling rate.
 const SLOW: f64 = 1e-3;
@@ -34,7 +35,7 @@ pub(crate) enum BetweenSamples {
     Spline,
     /// The signal of the samples' band.
     BandLimited,
-    /// The same until the next sample, as a digital controller puts it out. No samples tell: it is tried.
+    /// The same until the next sample, as a digital controller puts it out. No samples tell: a model says so, or it is tried.
     Held,
 }
 
@@ -43,6 +44,15 @@ pub(crate) enum BetweenSamples {
 pub(crate) const HELD_PARTS: usize = 4;
 
 impl BetweenSamples {
+    /// As the model says of its force; `None` where it says nothing, or where a motion or a controller drives.
+    pub(crate) fn stated(model: &Model) -> Option<Self> {
+        let drives = !model.input_is_motion() && model.setup().controller.is_none();
+        match model.input().filter(|_| drives)?.hold? {
+            Hold::ZeroOrder => Some(Self::Held),
+            Hold::FirstOrder => Some(Self::Lines),
+        }
+    }
+
     /// Judged by the samples.
     pub(crate) fn of(time_s: &[f64], samples: &[f64]) -> Self {
         if is_slow(samples) {

@@ -50,8 +50,11 @@ pub(crate) fn as_linear(
     Ok(None)
 }
 
-/// Guesses that were not made, and what is said where they are right.
+/// Guesses that were not made, and what is said where they are right; none where the model says what its input does.
 fn others_between(study: &Study, model: &Model) -> Vec<(BetweenSamples, &'static str)> {
+    if BetweenSamples::stated(model).is_some() {
+        return Vec::new();
+    }
     let guessed = study.train.first().map(|record| record.between.0);
     // No base jumps; a servo may be told to.
     let may_be_held = !model.input_is_motion() || model.servo().is_some();

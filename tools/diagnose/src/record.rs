@@ -105,9 +105,9 @@ impl Record {
         }
         let rate_hz = 1.0 / recording.median_interval_s();
         let band_hz = band_hz(recording, input.as_deref(), fastest_hz);
-        let between = input
-            .as_deref()
-            .map_or(BetweenSamples::Lines, |samples| BetweenSamples::of(&recording.time_s, samples));
+        let guessed = |samples: &[f64]| BetweenSamples::of(&recording.time_s, samples);
+        let between = BetweenSamples::stated(model)
+            .unwrap_or_else(|| input.as_deref().map_or(BetweenSamples::Lines, guessed));
         let refinement = refinement(between, band_hz / rate_hz);
         let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
         let rerun = rerun_of(&grid, model, refinement, input.as_deref())?;

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
-use stillbeam_plant::Model;
+use stillbeam_plant::{Hold, Model};
 use stillbeam_recording::Recording;
 
 const MODEL: &str = r#"
@@ -83,9 +83,12 @@ fn run(lab: Lab, amplitude_n: f64, seed: u64) -> Recording {
 }
 
 fn diagnosed(lab: Lab) -> Diagnosis {
-    let model = Model::from_toml("stage.toml", MODEL).unwrap();
+    diagnosed_with(&Model::from_toml("stage.toml", MODEL).unwrap(), lab)
+}
+
+fn diagnosed_with(model: &Model, lab: Lab) -> Diagnosis {
     let train = [run(lab, 0.4, 1), run(lab, 0.9, 2)];
-    diagnose(&model, &train, &[run(lab, 0.6, 3)], &Options::default(), &mut |_| {}).unwrap()
+    diagnose(model, &train, &[run(lab, 0.6, 3)], &Options::default(), &mut |_| {}).unwrap()
 }
 
 fn assert_nothing_is_missing(found: &Diagnosis) {
@@ -106,6 +109,14 @@ fn a_force_that_is_held_is_no_lag_of_the_drive() {
     let found = diagnosed(Lab { is_held: true, ..Lab::default() });
     assert_nothing_is_missing(&found);
     assert!(found.caps.iter().any(|cap| cap.contains("held from sample to sample")), "{:?}", found.caps);
+}
+
+#[test]
+fn a_force_that_the_model_says_is_held_needs_no_finding() {
+    let model = Model::from_toml("stage.toml", MODEL).unwrap().with_hold(Hold::ZeroOrder);
+    let found = diagnosed_with(&model, Lab { is_held: true, ..Lab::default() });
+    assert_nothing_is_missing(&found);
+    assert!(!found.caps.iter().any(|cap| cap.contains("held from sample to sample")), "{:?}", found.caps);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use crate::aliasing::{Image, image_of};
 use crate::decay_model::DecayModel;
-use crate::decay_modes::{Part, Uniform, decay_part};
+use crate::decay_modes::{Fitted, Part, Uniform, decay_part};
 use crate::forced_model::{MIN_DAMPING, pole};
 use crate::forced_record::left_out;
 use crate::forced_report::{disagreement, fit_warnings};
@@ -35,7 +35,8 @@ pub(crate) fn report(
     uniform: &Uniform,
     (options, mut rejected): (&FreeDecayOptions, Vec<Rejected>),
 ) -> IdentifiedModes {
-    let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
+    let left = Uniform::new(&record.time_s, &refined.residuals);
+    let left = WholeSpectrum::new(left.samples(), left.interval_s);
     let mut warnings = ringing.warnings.clone();
     for tone in &ringing.tones {
         let (warning, pole) = tone.told();
@@ -46,7 +47,7 @@ pub(crate) fn report(
         .iter()
         .enumerate()
         .map(|(mode, part)| {
-            let (mode, own) = identified_mode(record, refined, mode, part, &whole);
+            let (mode, own) = identified_mode(record, refined, mode, part, &left);
             warnings.extend(own);
             mode
         })
@@ -78,6 +79,7 @@ pub(crate) fn report(
     let n = record.time_s.len();
     let time_s: Vec<f64> = record.time_s.iter().map(|t| t + record.origin_s).collect();
     let window_s = [time_s[0], time_s[n - 1]];
+    rejected.extend(ringing.left_out.iter().cloned());
     rejected.extend(left_out(ringing.recording, &record.column, window_s));
     let offset = Estimate {
         value: refined.coefficients[2 * parts.len()],
@@ -87,6 +89,8 @@ pub(crate) fn report(
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes),
         recording: record.name.clone(),
+        kind: Some(ringing.kind),
+        shapes: Vec::new(),
         input: None,
         output: record.column.clone(),
         modes,
@@ -156,14 +160,15 @@ fn identified_mode(
     refined: &Refined,
     mode: usize,
     part: &Part,
-    whole: &WholeSpectrum,
+    left: &WholeSpectrum,
 ) -> (IdentifiedMode, Vec<Warning>) {
     let pole = pole(&refined.parameters, mode);
     let (cosine, sine) = (refined.coefficients[2 * mode], refined.coefficients[2 * mode + 1]);
     let amplitude = cosine.hypot(sine);
     let (cosine_stderr, sine_stderr) =
         (refined.coefficient_stderr(2 * mode), refined.coefficient_stderr(2 * mode + 1));
-    let seen = decay_part(whole, pole, part.half_width_hz, record.origin_s);
+    let fitted = Fitted { pole, factors: [cosine, sine], half_width_hz: part.half_width_hz };
+    let seen = decay_part(left, &fitted, record.origin_s);
     let mut estimated = IdentifiedMode {
         frequency_hz: Estimate {
             value: pole.frequency_hz,
@@ -185,10 +190,12 @@ fn identified_mode(
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::default(),
     }
-    .with_amplitudes(seen.course);
+    .with_amplitudes(seen.course, seen.bends);
     let mut warnings: Vec<Warning> = length_warning(pole, record).into_iter().collect();
     if let Some([early, late]) = seen.early_late {
-        warnings.extend(changes(pole.frequency_hz, &early, &late));
+        if seen.bends {
+            warnings.extend(changes(pole.frequency_hz, &early, &late));
+        }
         estimated.cross_checks.extend([early, late]);
     }
     if let Some(check) = seen.decrement {

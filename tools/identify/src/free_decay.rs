@@ -28,6 +28,8 @@ pub struct FreeDecayOptions {
     pub modes: Option<usize>,
     /// Where the free decay begins, s in the recording's time; `None` takes the largest deflection.
     pub start_s: Option<f64>,
+    /// Where it ends, s in the recording's time; `None` takes all that is not long sunk into the noise.
+    pub end_s: Option<f64>,
     /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
     /// time. Large statistical studies may do without.
     pub cross_checks: bool,
@@ -36,7 +38,7 @@ pub struct FreeDecayOptions {
 impl FreeDecayOptions {
     /// The usual choices for an output column.
     pub fn new(output: impl Into<String>) -> Self {
-        Self { output: output.into(), modes: None, start_s: None, cross_checks: true }
+        Self { output: output.into(), modes: None, start_s: None, end_s: None, cross_checks: true }
     }
 
     /// The same with a number of modes.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputQuantity,
-    identify_forced, identify_forced_together, identify_free_decay,
+    identify_forced, identify_forced_together, identify_free_decay, usual_max_delay_s,
 };
 use stillbeam_plant::{BASE_POSITION, SETPOINT};
 use stillbeam_recording::Recording;
@@ -50,9 +50,10 @@ pub struct IdentifyArgs {
     /// Take the input as given even where the base's position was recorded
     #[arg(long)]
     keep_input: bool,
-    /// The longest delay of the output behind the input that may be found, s; kept only where the record calls for one
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.05, allow_negative_numbers = true)]
-    max_delay: f64,
+    /// The longest delay of the output behind the input that may be found, s; kept only where the record calls for one. By
+    /// default 0.05, and of a record shorter than 2.5 s a fiftieth of it
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    max_delay: Option<f64>,
     /// Where the free decay begins, s; by default at the largest deflection
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     start: Option<f64>,
@@ -100,6 +101,7 @@ impl IdentifyArgs {
         if !json_on_stdout(self.json.as_deref()) {
             for result in &results {
                 print_modes(streams, &result.recording, &result.modes)?;
+                print_fit(streams, result)?;
                 print_real_pole(streams, result)?;
             }
             if results.len() > 1 {
@@ -157,7 +159,7 @@ impl IdentifyArgs {
             modes: self.modes,
             input_kind: self.input_kind.map(InputKind::from),
             output_quantity: self.output_quantity.map(OutputQuantity::from),
-            max_delay_s: self.max_delay,
+            max_delay_s: self.max_delay.unwrap_or_else(|| usual_max_delay_s(recording)),
             ..ForcedOptions::new(input, output)
         })
     }
@@ -222,6 +224,14 @@ impl From<OutputMeaning> for OutputQuantity {
 fn print_real_pole(streams: &mut Streams<'_>, result: &IdentifiedModes) -> Result<(), CliError> {
     if let Some(real) = &result.real_pole {
         writeln!(streams.out, "{}", real.words())?;
+    }
+    Ok(())
+}
+
+/// How much of its output the fit explains.
+fn print_fit(streams: &mut Streams<'_>, result: &IdentifiedModes) -> Result<(), CliError> {
+    if let Some(record) = result.records.first() {
+        writeln!(streams.out, "the fit explains {:.1} % of {}", record.fit_percent, result.output)?;
     }
     Ok(())
 }

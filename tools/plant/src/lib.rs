@@ -46,6 +46,7 @@
 
 mod advances;
 pub mod beam;
+mod blocks;
 mod camera;
 pub mod catalogue;
 mod drive;

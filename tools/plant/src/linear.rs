@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::blocks::Blocks;
 use crate::error::PlantError;
 
 /// `x' = A x + b u + c u'`.
@@ -19,7 +20,7 @@ pub(crate) struct LinearSystem {
 #[derive(Debug, Clone)]
 pub(crate) struct Advance {
     size: usize,
-    transition: Vec<f64>,
+    transition: Blocks,
     value: Vec<f64>,
     slope: Vec<f64>,
 }
@@ -40,10 +41,13 @@ impl LinearSystem {
         let column = |index| exponential.column(index).iter().take(size).copied().collect();
         Ok(Advance {
             size,
-            transition: (0..size)
-                .flat_map(|row| (0..size).map(move |column| (row, column)))
-                .map(|place| exponential[place])
-                .collect(),
+            transition: Blocks::new(
+                size,
+                &(0..size)
+                    .flat_map(|row| (0..size).map(move |column| (row, column)))
+                    .map(|place| exponential[place])
+                    .collect::<Vec<f64>>(),
+            ),
             value: column(size),
             slope: column(size + 1),
         })
@@ -91,9 +95,9 @@ impl Advance {
     /// Advances `state`; `scratch` is as long and holds nothing between calls.
     pub(crate) fn apply(&self, state: &mut Vec<f64>, scratch: &mut Vec<f64>, u: f64, slope: f64) {
         scratch.clear();
-        let rows = self.transition.chunks_exact(self.size.max(1));
-        for ((row, value), gamma) in rows.zip(&self.value).zip(&self.slope) {
-            scratch.push(dot(row, state) + value * u + gamma * slope);
+        self.transition.times(state, scratch);
+        for ((entry, value), gamma) in scratch.iter_mut().zip(&self.value).zip(&self.slope) {
+            *entry += value * u + gamma * slope;
         }
         std::mem::swap(state, scratch);
     }

@@ -3,11 +3,12 @@
 use stillbeam_recording::Recording;
 
 use crate::advances::Advances;
+use crate::blocks::Blocks;
 use crate::error::PlantError;
 use crate::linear::{Advance, dot};
 use crate::model::{Model, Physics};
 use crate::nonlinear::{Dense, Look, Machine, Sensing, elements, passed, signals};
-use crate::simulate::{check_input, is_linear};
+use crate::simulate::{Hold, check_input, is_linear};
 use crate::stamps::Stamps;
 use crate::state_space::{ForceSeries, StateSpace};
 
@@ -21,6 +22,8 @@ pub struct Rerun {
     input: Vec<f64>,
     reference: Option<Vec<f64>>,
     every: usize,
+    /// What the input does between its samples.
+    hold: Hold,
     /// What an output that shows the input itself has to be corrected by, one sample per wanted stamp.
     unseen: Option<Vec<f64>>,
 }
@@ -48,7 +51,14 @@ impl Rerun {
             let samples = recording.column(&controller.reference_column).ok()?;
             check_input(recording, &controller.reference_column, samples).is_ok().then(|| samples.to_vec())
         });
-        Ok(Self { time_s: recording.time_s.clone(), input, reference, every: every.max(1), unseen: None })
+        let time_s = recording.time_s.clone();
+        Ok(Self { time_s, input, reference, every: every.max(1), hold: Hold::FirstOrder, unseen: None })
+    }
+
+    /// With an input that does this between its samples; a straight line if nothing is said.
+    #[must_use]
+    pub fn with_hold(self, hold: Hold) -> Self {
+        Self { hold, ..self }
     }
 
     /// With the input as it was at the wanted stamps.
@@ -60,6 +70,14 @@ impl Rerun {
         let driving = self.input.iter().step_by(self.every);
         let unseen = driving.zip(samples).map(|(driving, true_value)| true_value - driving).collect();
         Self { unseen: Some(unseen), ..self }
+    }
+
+    /// The same, outputs wanted at every `nth` (1 or more) of the stamps only; the input is followed as before.
+    #[must_use]
+    pub fn thinned(&self, nth: usize) -> Self {
+        let nth = nth.max(1);
+        let unseen = self.unseen.as_ref().map(|samples| samples.iter().step_by(nth).copied().collect());
+        Self { every: self.every * nth, unseen, ..self.clone() }
     }
 
     /// The same, driven `factor` times as hard.
@@ -95,7 +113,7 @@ impl Rerun {
         let machine = Machine::new(model, start, self.closed(), longest_step_s)?;
         let look = Look { every: self.every, between: sensing.looks_between() };
         let shares = machine.shares_of_input();
-        let run = machine.run_lean(&stamps, self.driving(), look)?;
+        let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
         let wanted_s: Vec<f64> = run.stamps.iter().map(|&index| run.time_s[index]).collect();
         let outputs = run.outputs.iter().enumerate().map(|(index, samples)| {
             if sensing.is_ideal() {
@@ -169,8 +187,8 @@ impl Rerun {
         while index < count {
             let interval_s = stamps.interval_s(index);
             let u = self.input[index];
-            let slope =
-                interval_s.map_or(slope_before, |interval_s| (self.input[index + 1] - u) / interval_s);
+            let slope = interval_s
+                .map_or(slope_before, |interval_s| slope_of(self.hold, u, self.input[index + 1], interval_s));
             if index % self.every == 0 {
                 for (output, samples) in space.outputs().iter().zip(&mut outputs) {
                     let at_tick =
@@ -183,10 +201,11 @@ impl Rerun {
             // matrix exponential for each that is there.
             let one = if uniform { advances.whole(interval_s)? } else { advances.partial(interval_s)? };
             if uniform && index % self.every == 0 && index + self.every < count {
-                let stride = strides.get_or_insert_with(|| Stride::new(&one, interval_s, self.every));
+                let stride =
+                    strides.get_or_insert_with(|| Stride::new(&one, interval_s, self.every, self.hold));
                 let piece = &self.input[index..=index + self.every];
                 stride.apply(&mut state, &mut next, piece);
-                slope_before = (piece[self.every] - piece[self.every - 1]) / interval_s;
+                slope_before = slope_of(self.hold, piece[self.every - 1], piece[self.every], interval_s);
                 index += self.every;
             } else {
                 one.apply(&mut state, &mut next, u, slope);
@@ -229,7 +248,7 @@ impl Rerun {
         }
         machine.watch_points();
         let look = Look { every: self.every, between: false };
-        let run = machine.run_lean(&stamps, self.driving(), look)?;
+        let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
         let wanted = |samples: &[f64]| run.stamps.iter().map(|&stamp| samples[stamp]).collect::<Vec<f64>>();
         let points = run.outputs.chunks_exact(2).map(|rows| [wanted(&rows[0]), wanted(&rows[1])]).collect();
         let input = self.input.iter().step_by(self.every).copied().collect();
@@ -261,22 +280,22 @@ pub fn force_along(
 
 /// Several equal steps at once, the input a straight line in each: `x(t + n h) = Φⁿ x(t) + Σ_k W_k u_k`.
 struct Stride {
-    order: usize,
-    transition: Vec<f64>,
+    transition: Blocks,
     /// Row by row: effect of the input's value at every corner of the way.
     corners: Vec<f64>,
     count: usize,
 }
 
 impl Stride {
-    fn new(step: &Advance, step_s: f64, steps: usize) -> Self {
+    fn new(step: &Advance, step_s: f64, steps: usize, hold: Hold) -> Self {
         let order = step.size();
         // The state after the way for a unit of every start value, then of every corner.
         let nothing = vec![0.0; order];
         let run = |start: &[f64], input: &dyn Fn(usize) -> f64| {
             let (mut state, mut next) = (start.to_vec(), Vec::with_capacity(order));
             for k in 0..steps {
-                step.apply(&mut state, &mut next, input(k), (input(k + 1) - input(k)) / step_s);
+                let slope = slope_of(hold, input(k), input(k + 1), step_s);
+                step.apply(&mut state, &mut next, input(k), slope);
             }
             state
         };
@@ -287,14 +306,25 @@ impl Stride {
         let by_rows = |columns: &[Vec<f64>]| {
             (0..order).flat_map(|row| columns.iter().map(move |column| column[row])).collect::<Vec<f64>>()
         };
-        Self { order, transition: by_rows(&columns), corners: by_rows(&corners), count: steps + 1 }
+        let transition = Blocks::new(order, &by_rows(&columns));
+        Self { transition, corners: by_rows(&corners), count: steps + 1 }
     }
 
     /// Advances a state; `scratch` holds nothing between calls.
     fn apply(&self, state: &mut Vec<f64>, scratch: &mut Vec<f64>, input: &[f64]) {
         scratch.clear();
-        let rows = self.transition.chunks_exact(self.order.max(1)).zip(self.corners.chunks_exact(self.count));
-        scratch.extend(rows.map(|(by_state, by_input)| dot(by_state, state) + dot(by_input, input)));
+        self.transition.times(state, scratch);
+        for (entry, by_input) in scratch.iter_mut().zip(self.corners.chunks_exact(self.count)) {
+            *entry += dot(by_input, input);
+        }
         std::mem::swap(state, scratch);
+    }
+}
+
+/// The input's slope from one sample to the next, `step_s` seconds later.
+fn slope_of(hold: Hold, from: f64, to: f64, step_s: f64) -> f64 {
+    match hold {
+        Hold::FirstOrder => (to - from) / step_s,
+        Hold::ZeroOrder => 0.0,
     }
 }

@@ -1,5 +1,6 @@
 //! A model run over a whole recording.
 
+use serde::{Deserialize, Serialize};
 use stillbeam_recording::Recording;
 
 use crate::advances::Advances;
@@ -12,12 +13,14 @@ use crate::stamps::Stamps;
 use crate::state_space::StateSpace;
 
 /// What a force does between two samples. A motion of the base always goes in straight lines.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Hold {
     /// A straight line to the next sample: a force that was measured.
     #[default]
+    #[serde(rename = "first")]
     FirstOrder,
     /// The same until the next sample: a force that a digital controller put out.
+    #[serde(rename = "zero")]
     ZeroOrder,
 }
 
@@ -81,7 +84,8 @@ pub fn simulate_with(
 ) -> Result<Recording, PlantError> {
     model.check()?;
     let input = model.input().ok_or(PlantError::NoInput)?;
-    let zero_order = options.hold == Hold::ZeroOrder && !model.input_is_motion();
+    let is_held = options.hold == Hold::ZeroOrder || input.hold == Some(Hold::ZeroOrder);
+    let zero_order = is_held && !model.input_is_motion();
     let reference = match &model.setup().controller {
         Some(controller) if options.feedback == Feedback::IfPossible => {
             recording.column(&controller.reference_column).ok().map(|samples| (controller, samples))

@@ -77,7 +77,11 @@ fn a_modal_model_survives_being_written_and_read() {
         "tip_deflection_m",
         Quantity::Acceleration,
     );
-    model.input = Some(Input { column: "motor_current_A".to_owned(), gain: 35.15 });
+    model.input = Some(Input {
+        column: "motor_current_A".to_owned(),
+        gain: 35.15,
+        hold: Some(stillbeam_plant::Hold::ZeroOrder),
+    });
     model.drive = Some(ServoDrive { bandwidth_hz: 20.0, damping_ratio: 0.9 });
     model.fixed.insert("mode.1.damping_ratio".to_owned(), false);
     let mut free = ModalModel { input: None, drive: None, ..model.clone() };

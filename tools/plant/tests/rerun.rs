@@ -6,7 +6,7 @@ mod support;
 use std::f64::consts::TAU;
 
 use stillbeam_plant::catalogue::{Candidate, candidates, parameters_of};
-use stillbeam_plant::{InitialState, Model, Physics, Rerun, force_along, simulate};
+use stillbeam_plant::{Hold, InitialState, Model, Physics, Rerun, force_along, simulate};
 use stillbeam_recording::Recording;
 
 use support::model_texts::{BEAM, LUMPED, MODAL, with};
@@ -55,7 +55,8 @@ fn at_work(model: &Model, candidate: &Candidate) -> Physics {
 }
 
 fn compare(model: &Model, recording: &Recording, every: usize) -> bool {
-    let rerun = Rerun::new(recording, model, every).unwrap();
+    let hold = model.input().and_then(|input| input.hold).unwrap_or_default();
+    let rerun = Rerun::new(recording, model, 1).unwrap().with_hold(hold).thinned(every);
     let lean = rerun.outputs(model, None);
     let Ok(plain) = simulate(model, recording) else {
         assert!(lean.is_err());
@@ -83,6 +84,26 @@ fn compare(model: &Model, recording: &Recording, every: usize) -> bool {
         }
     }
     true
+}
+
+#[test]
+fn a_held_force_is_held_with_and_without_laws() {
+    let mut compared = 0;
+    for model in models().iter().filter(|model| !model.input_is_motion()) {
+        let held = model.with_hold(Hold::ZeroOrder);
+        for (uniform, every) in [(true, 1), (true, 7), (false, 1), (false, 4)] {
+            let recording = recording(&held, uniform);
+            let straight = simulate(model, &recording).unwrap();
+            let as_told = simulate(&held, &recording).unwrap();
+            assert_ne!(straight.columns, as_told.columns, "half a sample is nothing?");
+            assert!(compare(&held, &recording, every));
+            let place = model.locations()[0].clone();
+            let mut rubbing = held.clone();
+            rubbing.setup_mut().physics = vec![Physics::new("coulomb_friction", place).with("force", 0.06)];
+            compared += usize::from(rubbing.check().is_ok() && compare(&rubbing, &recording, every));
+        }
+    }
+    assert!(compared > 0);
 }
 
 #[test]

@@ -27,6 +27,10 @@ impl Law for ClockSkew {
         PARAMETERS
     }
 
+    fn is_late(&self) -> bool {
+        true
+    }
+
     fn action(&self, given: &Given<'_>) -> Action {
         Action::Sensor(SensorAction::Timing { scale: 1.0 / (1.0 + given.get("skew")), delay_s: 0.0 })
     }

@@ -25,6 +25,10 @@ impl Law for DeadTime {
         PARAMETERS
     }
 
+    fn is_late(&self) -> bool {
+        true
+    }
+
     fn action(&self, given: &Given<'_>) -> Action {
         Action::Signal(Box::new(Late::new(given.get("delay"))))
     }

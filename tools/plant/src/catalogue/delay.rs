@@ -27,6 +27,10 @@ impl Law for Delay {
         PARAMETERS
     }
 
+    fn is_late(&self) -> bool {
+        true
+    }
+
     fn action(&self, given: &Given<'_>) -> Action {
         Action::Sensor(SensorAction::Timing { scale: 1.0, delay_s: given.get("delay") })
     }

@@ -23,6 +23,10 @@ impl Law for ExposureBlur {
         PARAMETERS
     }
 
+    fn is_late(&self) -> bool {
+        true
+    }
+
     fn action(&self, given: &Given<'_>) -> Action {
         Action::Sensor(SensorAction::Exposure(given.get("exposure")))
     }

@@ -34,6 +34,9 @@ pub struct ParameterSpec {
     pub lower: f64,
     /// Greatest value; may be infinite.
     pub upper: f64,
+    /// Whether the greatest value is where the law is complete (a sensor that has lost the sign wholly), and no mere limit of what is
+    /// plausible: a fit that ends there has found a machine.
+    pub is_complete_at_upper: bool,
     /// Value when a model file gives none.
     pub default: f64,
     /// What it is.
@@ -43,12 +46,28 @@ pub struct ParameterSpec {
 impl ParameterSpec {
     /// A parameter from 0 up, 0 (no effect) by default.
     pub(super) const fn size(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, unit, lower: 0.0, upper: f64::INFINITY, default: 0.0, meaning }
+        Self {
+            name,
+            unit,
+            lower: 0.0,
+            upper: f64::INFINITY,
+            is_complete_at_upper: false,
+            default: 0.0,
+            meaning,
+        }
     }
 
     /// A parameter of either sign, 0 (no effect) by default.
     pub(super) const fn signed(name: &'static str, unit: &'static str, meaning: &'static str) -> Self {
-        Self { name, unit, lower: f64::NEG_INFINITY, upper: f64::INFINITY, default: 0.0, meaning }
+        Self {
+            name,
+            unit,
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            is_complete_at_upper: false,
+            default: 0.0,
+            meaning,
+        }
     }
 
     /// A scale that must be above 0.
@@ -58,7 +77,7 @@ impl ParameterSpec {
         default: f64,
         meaning: &'static str,
     ) -> Self {
-        Self { name, unit, lower: 1e-12, upper: f64::INFINITY, default, meaning }
+        Self { name, unit, lower: 1e-12, upper: f64::INFINITY, is_complete_at_upper: false, default, meaning }
     }
 }
 
@@ -139,6 +158,12 @@ pub trait Law: Sync {
 
     /// Whether it takes energy out of the motion and never puts any in.
     fn is_dissipative(&self) -> bool {
+        false
+    }
+
+    /// Whether all it does, or nearly, is that something comes late: a command that is held from one sample to the next comes late by half of
+    /// the time between them.
+    fn is_late(&self) -> bool {
         false
     }
 

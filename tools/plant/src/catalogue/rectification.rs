@@ -21,6 +21,7 @@ impl Law for Rectification {
     fn parameters(&self) -> &'static [ParameterSpec] {
         const PARAMETERS: &[ParameterSpec] = &[ParameterSpec {
             upper: 1.0,
+            is_complete_at_upper: true,
             ..ParameterSpec::size("share", "", "0: signed, 1: absolute value")
         }];
         PARAMETERS

@@ -23,6 +23,10 @@ impl Law for ServoLag {
         PARAMETERS
     }
 
+    fn is_late(&self) -> bool {
+        true
+    }
+
     fn action(&self, given: &Given<'_>) -> Action {
         Action::Signal(Box::new(Lag { time_constant_s: given.get("time_constant"), before: None }))
     }

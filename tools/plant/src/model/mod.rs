@@ -6,6 +6,7 @@ mod lumped;
 mod modal;
 mod setup;
 
+use crate::simulate::Hold;
 pub(crate) use beam_on_base::invalid_mode_count;
 pub use beam_on_base::{
     BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, FORCE, MAX_MODES,
@@ -26,12 +27,14 @@ pub struct Input {
     pub column: String,
     /// Multiplies the column when it is a force; 1 for motion.
     pub gain: f64,
+    /// What the column does between its samples, where that is known; a motion always goes in straight lines.
+    pub hold: Option<Hold>,
 }
 
 impl Input {
     /// The named column with gain 1.
     pub fn new(column: impl Into<String>) -> Self {
-        Self { column: column.into(), gain: 1.0 }
+        Self { column: column.into(), gain: 1.0, hold: None }
     }
 
     /// Whether the column is a motion of the base, in metres, rather than a force.
@@ -106,6 +109,31 @@ impl Model {
             Self::Modal(model) => model.parameter_paths(),
             Self::Lumped(model) => model.parameter_paths(),
         }
+    }
+
+    /// The same with an input that does this between its samples.
+    #[must_use]
+    pub fn with_hold(&self, hold: Hold) -> Self {
+        let mut model = self.clone();
+        let input = match &mut model {
+            Self::BeamOnBase(model) => model.input.as_mut(),
+            Self::Modal(model) => model.input.as_mut(),
+            Self::Lumped(model) => model.input.as_mut().map(|input| &mut input.signal),
+        };
+        if let Some(input) = input {
+            input.hold = Some(hold);
+        }
+        model
+    }
+
+    /// Whether an output, by its place in [`Model::output_columns`], is a velocity: what stands still reads nothing.
+    pub fn output_is_velocity(&self, output: usize) -> bool {
+        let quantity = match self {
+            Self::BeamOnBase(_) => None,
+            Self::Modal(model) => model.outputs.get(output).map(|output| output.quantity),
+            Self::Lumped(model) => model.outputs.get(output).map(|output| output.quantity),
+        };
+        quantity == Some(Quantity::Velocity)
     }
 
     /// Whether the input is a motion, in straight lines between its samples, rather than a force.

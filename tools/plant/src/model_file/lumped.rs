@@ -10,6 +10,7 @@ use super::signals::{QuantityName, is_one, one};
 use crate::model::{
     Body, Connection, Input, InvalidParameter, LumpedInput, LumpedModel, LumpedOutput, Problem, Quantity,
 };
+use crate::simulate::Hold;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -68,6 +69,8 @@ struct InputTable {
     body: String,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     gain: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    hold: Option<Hold>,
     #[serde(default, skip_serializing_if = "InputQuantity::is_force")]
     quantity: InputQuantity,
 }
@@ -124,7 +127,7 @@ impl File {
                 .map(|damper| Connection { between: damper.between, constant: damper.damping })
                 .collect(),
             input: self.input.map(|input| LumpedInput {
-                signal: Input { column: input.column, gain: input.gain },
+                signal: Input { column: input.column, gain: input.gain, hold: input.hold },
                 body: input.body,
                 moves_body: input.quantity == InputQuantity::Position,
             }),
@@ -167,6 +170,7 @@ impl File {
                 column: input.signal.column.clone(),
                 body: input.body.clone(),
                 gain: input.signal.gain,
+                hold: input.signal.hold,
                 quantity: if input.moves_body { InputQuantity::Position } else { InputQuantity::Force },
             }),
             output: model

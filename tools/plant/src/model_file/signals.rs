@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::setup::is_zero;
 use crate::drive::ServoDrive;
 use crate::model::{DriveLimits, Input, Quantity};
+use crate::simulate::Hold;
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -12,6 +13,8 @@ pub(super) struct InputTable {
     column: String,
     #[serde(default = "one", skip_serializing_if = "is_one")]
     gain: f64,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    hold: Option<Hold>,
 }
 
 pub(super) fn one() -> f64 {
@@ -26,13 +29,13 @@ pub(super) fn is_one(gain: &f64) -> bool {
 
 impl From<InputTable> for Input {
     fn from(table: InputTable) -> Self {
-        Self { column: table.column, gain: table.gain }
+        Self { column: table.column, gain: table.gain, hold: table.hold }
     }
 }
 
 impl From<&Input> for InputTable {
     fn from(input: &Input) -> Self {
-        Self { column: input.column.clone(), gain: input.gain }
+        Self { column: input.column.clone(), gain: input.gain, hold: input.hold }
     }
 }
 

@@ -12,6 +12,7 @@ use super::engine::{Effort, Element, Engine, settled};
 use super::steps::{Port, PortStep};
 use crate::catalogue::Step;
 use crate::error::PlantError;
+use crate::simulate::Hold;
 use crate::stamps::Stamps;
 use crate::state_space::Row;
 
@@ -260,15 +261,20 @@ impl Machine<'_> {
         self.plant.space.watch_points();
     }
 
-    /// As [`Machine::run`] with first-order hold, keeping what [`Look`] says: by the lean form where that covers the machine.
+    /// As [`Machine::run`], keeping what [`Look`] says: by the lean form where that covers the machine.
     /// The run's input is left empty, and its stamps are those that were wanted.
-    pub(crate) fn run_lean(self, stamps: &Stamps<'_>, input: &[f64], look: Look) -> Result<Run, PlantError> {
+    pub(crate) fn run_lean(
+        self,
+        stamps: &Stamps<'_>,
+        input: (&[f64], Hold),
+        look: Look,
+    ) -> Result<Run, PlantError> {
         macro_rules! by_order {
             ($($order:literal)*) => {
                 match self.plant.space.order() {
                     $($order if self.is_plain() => lean::<$order>(self, stamps, input, look),)*
                     _ => {
-                        let mut run = self.run(stamps, input, false, look.between)?;
+                        let mut run = self.run(stamps, input.0, input.1 == Hold::ZeroOrder, look.between)?;
                         run.stamps = run.stamps.into_iter().step_by(look.every.max(1)).collect();
                         Ok(run)
                     }
@@ -282,7 +288,7 @@ impl Machine<'_> {
 fn lean<const N: usize>(
     machine: Machine<'_>,
     stamps: &Stamps<'_>,
-    input: &[f64],
+    (input, hold): (&[f64], Hold),
     look: Look,
 ) -> Result<Run, PlantError> {
     let Machine { mut signals, plant, base, longest_step_s, .. } = machine;
@@ -309,6 +315,7 @@ fn lean<const N: usize>(
             lean.look(&mut run, start_s, u, slope_before);
             break;
         };
+        let to = if hold == Hold::ZeroOrder { from } else { to };
         let pieces = (interval_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
         let step_s = interval_s / pieces;
         let map = lean.map(step_s)?;

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::DMatrix;
 
+use crate::blocks::Blocks;
 use crate::error::PlantError;
 use crate::linear::dot;
 use crate::state_space::StateSpace;
@@ -35,8 +36,8 @@ pub(super) struct Port {
 /// A step for constant forces at the ports.
 #[derive(Debug)]
 pub(super) struct PortStep {
-    pub(super) order: usize,
     transition: Vec<f64>,
+    blocks: Blocks,
     value: Vec<f64>,
     slope: Vec<f64>,
     /// Per port: what a unit force has added to the state at the end.
@@ -66,11 +67,10 @@ impl PortStep {
     /// Writes into `next` the state after the step without forces.
     pub(super) fn advance(&self, state: &[f64], u: f64, slope: f64, next: &mut Vec<f64>) {
         next.clear();
-        let rows = self.transition.chunks_exact(self.order.max(1));
-        let inputs = self.value.iter().zip(&self.slope);
-        next.extend(
-            rows.zip(inputs).map(|(row, (value, gamma))| dot(row, state) + value * u + gamma * slope),
-        );
+        self.blocks.times(state, next);
+        for (entry, (value, gamma)) in next.iter_mut().zip(self.value.iter().zip(&self.slope)) {
+            *entry += value * u + gamma * slope;
+        }
     }
 }
 
@@ -165,12 +165,13 @@ impl Steps {
             let ports = self.ports.iter();
             ports.map(|port| force.iter().map(|column| dot(row(port), column)).collect()).collect()
         };
+        let transition: Vec<f64> = (0..order)
+            .flat_map(|row| (0..order).map(move |column| (row, column)))
+            .map(|place| exponential[place])
+            .collect();
         Ok(PortStep {
-            order,
-            transition: (0..order)
-                .flat_map(|row| (0..order).map(move |column| (row, column)))
-                .map(|place| exponential[place])
-                .collect(),
+            blocks: Blocks::new(order, &transition),
+            transition,
             value: column(order),
             slope: column(order + 1),
             z_gain: gains(&|port| &port.z.0),

@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::{Row, StateSpace};
+use crate::blocks::Blocks;
 use crate::error::PlantError;
 use crate::linear::{dot, exponential};
 
@@ -18,6 +19,7 @@ pub struct Discrete {
     pub order: usize,
     /// `Φ`, row by row.
     pub transition: Vec<f64>,
+    blocks: Blocks,
     /// `β`: effect of the input's value at the step's start.
     pub input_value: Vec<f64>,
     /// `γ`: effect of the input's slope.
@@ -52,13 +54,15 @@ impl StateSpace {
         let too_fast = PlantError::TooFast { duration_s: step_s };
         let exponential = exponential(joined * step_s).ok_or(too_fast)?;
         let column = |index| exponential.column(index).iter().take(order).copied().collect::<Vec<f64>>();
+        let transition: Vec<f64> = (0..order)
+            .flat_map(|row| (0..order).map(move |column| (row, column)))
+            .map(|place| exponential[place])
+            .collect();
         Ok(Discrete {
             step_s,
             order,
-            transition: (0..order)
-                .flat_map(|row| (0..order).map(move |column| (row, column)))
-                .map(|place| exponential[place])
-                .collect(),
+            blocks: Blocks::new(order, &transition),
+            transition,
             input_value: column(order),
             input_slope: column(order + count),
             force_value: (1..count).map(|index| column(order + index)).collect(),
@@ -71,11 +75,10 @@ impl Discrete {
     /// Writes into `next` the state a step after `state`, without forces; `u` and `slope` hold at the step's start.
     pub fn advance(&self, state: &[f64], u: f64, slope: f64, next: &mut Vec<f64>) {
         next.clear();
-        let rows = self.transition.chunks_exact(self.order.max(1));
-        let inputs = self.input_value.iter().zip(&self.input_slope);
-        next.extend(
-            rows.zip(inputs).map(|(row, (value, gamma))| dot(row, state) + value * u + gamma * slope),
-        );
+        self.blocks.times(state, next);
+        for (entry, (value, gamma)) in next.iter_mut().zip(self.input_value.iter().zip(&self.input_slope)) {
+            *entry += value * u + gamma * slope;
+        }
     }
 
     /// Adds to a state advanced by [`Discrete::advance`] what a force at point `index` does during the step: `value`

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
+use crate::one_mode::OneMode;
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
@@ -178,7 +179,15 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
-        let step = self.free[column].difference(search[column], self.difference);
+        let parameter = self.free[column].as_search(self.free[column].to_value(search[column]));
+        let length = self.free[column].difference(search[column], self.difference);
+        // At a bound only what lies inside is a machine: a sensor cannot lose more of a sign than all of it.
+        let [is_ahead, is_behind] =
+            [search[column] + length <= parameter.upper, search[column] - length >= parameter.lower];
+        let step = if is_ahead || !is_behind { length } else { -length };
+        if let Some(change) = self.tangent_of_one_mode(search, column, record, fit) {
+            return Some(change);
+        }
         let moved = |step: f64| {
             let mut moved = search.to_vec();
             moved[column] += step;
@@ -187,13 +196,41 @@ impl Problem<'_, '_> {
             self.stack.prediction(record, &hypothesis, &fit.initial)
         };
         let mut change = moved(step)?;
-        let both = self.central || self.bends() || self.hypothesis.unrounded().is_some();
+        let both = (self.central || self.bends() || self.hypothesis.unrounded().is_some())
+            && (is_ahead == is_behind);
         let (base, length) = match both.then(|| moved(-step)).flatten() {
             Some(before) => (before, 2.0 * step),
             None => (self.stack.weighted(record, &fit.simulated), step),
         };
         add_scaled(&mut change, -1.0, &base);
         change.iter_mut().for_each(|value| *value /= length);
+        Some(change)
+    }
+}
+
+impl Problem<'_, '_> {
+    /// The same by a parameter of one of several independent modes, simulated alone; `None` for all others.
+    fn tangent_of_one_mode(
+        &self,
+        search: &[f64],
+        column: usize,
+        record: usize,
+        fit: &RecordFit,
+    ) -> Option<Vec<f64>> {
+        let free = &self.free[column];
+        if !self.stack.adds_free_responses(record, self.hypothesis) {
+            return None;
+        }
+        let one = OneMode::of(self.hypothesis, free)?;
+        let hypothesis = self.moved(search)?;
+        let step = free.difference(search[column], self.difference);
+        let at = |search: f64| {
+            let moved = one.alone(&hypothesis, free.to_value(search))?;
+            self.stack.prediction(record, &moved, one.initial(&fit.initial))
+        };
+        let (mut change, before) = (at(search[column] + step)?, at(search[column] - step)?);
+        add_scaled(&mut change, -1.0, &before);
+        change.iter_mut().for_each(|value| *value /= 2.0 * step);
         Some(change)
     }
 }

@@ -20,8 +20,8 @@ pub(crate) struct Patience {
 }
 
 /// What was begun may go on for this share of the limit, and this long where the limit is short.
-const GRACE: f64 = 0.2;
-const LEAST_GRACE_S: f64 = 1.0;
+const GRACE: f64 = 0.02;
+const LEAST_GRACE_S: f64 = 0.2;
 
 impl Patience {
     /// Begins now.

@@ -6,6 +6,7 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use crate::error::DiagnoseError;
 use crate::fit::{Effort, Fitted, fit};
 use crate::parameters::{FreeParameter, free_parameters};
+use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::Stack;
 
@@ -211,13 +212,25 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
     (kept, dropped)
 }
 
+/// A scan is thinned out where it would look at more samples than this, every frequency's counted.
+const MUCH_TO_SCAN: usize = 300_000;
+
 /// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley: every
 /// frequency of the model's own is first looked for around its given value, the others standing still, twice round.
 fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
     const REACH: f64 = 0.12;
     const STEPS: i32 = 24;
+    let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
+    // Many modes on long recordings are looked at in fewer samples, and their initial states as those of the given model.
+    let work = stack.present() * free.iter().filter(|parameter| sets_frequency(parameter)).count();
+    let is_driven = stack.records.iter().all(|record| record.input.is_some());
+    let is_large = work > MUCH_TO_SCAN && is_driven && stack.is_even();
+    let nth = if is_large { 2 * work / MUCH_TO_SCAN } else { 1 };
+    let thin: Vec<Record> = stack.records.iter().map(|record| record.thinned(nth)).collect();
+    let stack = &Stack { records: thin.iter().collect(), ..stack.clone() };
+    let near = given.with_values(free, values).filter(|_| is_large);
+    let near = near.and_then(|given| stack.evaluate(&given, &[]));
     for round in 0..2 {
-        let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
         for (index, _) in free.iter().enumerate().filter(|(_, parameter)| sets_frequency(parameter)) {
             let reach = if round == 0 { REACH } else { 0.2 * REACH };
             let centre = values[index];
@@ -229,7 +242,11 @@ fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter
                     let value = centre * (power * reach * f64::from(step) / f64::from(STEPS)).exp();
                     let mut trial = values.to_vec();
                     trial[index] = value;
-                    let records = stack.evaluate(&given.with_values(free, &trial)?, &[])?;
+                    let moved = given.with_values(free, &trial)?;
+                    let records = match &near {
+                        Some(near) => stack.seen_from(&moved, near)?,
+                        None => stack.evaluate(&moved, &[])?,
+                    };
                     let sum: f64 = records.iter().map(|r| dot(&r.residuals, &r.residuals)).sum();
                     (value >= free[index].lower && value <= free[index].upper).then_some((sum, value))
                 })

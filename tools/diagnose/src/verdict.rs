@@ -13,6 +13,7 @@ use crate::naming::selection::Selection;
 use crate::naming::sets::Member;
 use crate::naming::stand_ins::{Moved, StandIns};
 use crate::naming::trials::Candidate;
+use crate::options::Options;
 use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
 use crate::statistics::distributions::two_sided_normal;
 use crate::wording::with_error;
@@ -214,6 +215,17 @@ pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Ve
         tried.map(|tried| (tried.member.fitted.sum_of_squares, candidates[tried.candidate].name())).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     found.into_iter().take(MOST_UNCONFIRMED).map(|(_, name)| name).collect()
+}
+
+/// Laws that the screen is sure of and that a search ended by its limit did not fit to the end, those that promise most first.
+pub(crate) fn waiting(selection: &Selection, candidates: &[Candidate], options: &Options) -> Vec<String> {
+    let is_tried = |candidate: usize| {
+        selection.tried.iter().any(|tried| tried.candidate == candidate && !tried.passes())
+    };
+    let sure = selection.screened.iter().filter(|seen| seen.t.abs() > options.training_gate);
+    let mut seen: Vec<_> = sure.filter(|seen| !is_tried(seen.candidate)).collect();
+    seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    seen.iter().take(MOST_UNCONFIRMED).map(|seen| candidates[seen.candidate].name()).collect()
 }
 
 /// More than these are no help.

@@ -104,7 +104,7 @@ impl Search<'_> {
     /// Whether a set fitted to innovations leaves about as little of the readings as what was fitted to the readings themselves. Beside noise of any
     /// colour it does; where what is left is the model's own fault, innovations only make the most of another part of it.
     fn leaves_as_little(&self, weighted: &Member, even: &Member) -> bool {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         stack.even_square(&weighted.fitted.records) < MUCH_MORE * even.fitted.sum_of_squares
     }
 
@@ -125,12 +125,12 @@ impl Search<'_> {
             return None;
         }
         self.forget_rounds();
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let refitted = refit_from(&stack, given, &free_parameters(given), &compared.refitted);
         let found = refitted.ok().and_then(|(refitted, _)| {
             let mut found = work(self, &refitted)?;
             // Laws are measured against the refit to the innovations: that to even squares has swallowed some of the disturbance.
-            let stack = self.study.stack(Role::Train);
+            let stack = self.train();
             let squares = [&refitted, &found.chosen.fitted].map(|fitted| stack.even_square(&fitted.records));
             found.explained_share = Some(explained_share(squares, stack.present() as f64));
             Some(found)
@@ -151,7 +151,7 @@ impl Search<'_> {
     pub(super) fn reweighted(&self, member: Member) -> Option<Member> {
         let Fitted { hypothesis, .. } = &member.fitted;
         let states = member.fitted.initial_states();
-        let records = self.study.stack(Role::Train).evaluate(hypothesis, &states)?;
+        let records = self.train().evaluate(hypothesis, &states)?;
         let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
         self.member(member.laws, Fitted { records, sum_of_squares, ..member.fitted })
     }

@@ -11,7 +11,6 @@
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::{Physics, StateSpace};
-use stillbeam_recording::Role;
 
 use super::other_refits::take_better;
 use super::rounds::Tried;
@@ -142,7 +141,7 @@ impl Search<'_> {
     pub(super) fn force_of(&self, compared: &AtPlace<'_>, trial: &Trial) -> Option<Vec<Vec<f64>>> {
         let AtPlace { around, index, moments, point } = *compared;
         let law = self.candidates[index].physics(trial, 1.0);
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let along = |(moments, record): (&Vec<Moment>, &&Record)| {
             law_forces(&around.fitted.hypothesis, std::slice::from_ref(&law), moments, record, point)
         };

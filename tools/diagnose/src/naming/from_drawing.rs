@@ -8,7 +8,6 @@
 //! the same.
 
 use stillbeam_identify::tall::dot;
-use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
@@ -45,7 +44,7 @@ impl Search<'_> {
         let fitted = &refitted.fitted;
         let values: Vec<f64> = fitted.free.iter().map(|parameter| parameter.given).collect();
         let hypothesis = fitted.hypothesis.with_values(&fitted.free, &values)?;
-        let records = self.study.stack(Role::Train).evaluate(&hypothesis, &fitted.initial_states())?;
+        let records = self.train().evaluate(&hypothesis, &fitted.initial_states())?;
         let sum_of_squares = squares(&records);
         let drawn = Fitted { hypothesis, free: fitted.free.clone(), values, records, sum_of_squares };
         self.member(Vec::new(), drawn)

@@ -7,7 +7,6 @@
 //! everything searched, to the end. So is what the screen sees as well as the best, where that was not tried in the end.
 
 use rayon::prelude::*;
-use stillbeam_recording::Role;
 
 use super::rounds::{CONTENDS, Tried, directions};
 use super::screening::Screened;
@@ -66,7 +65,7 @@ impl Search<'_> {
 
     /// A law fitted around the refit, all that is free searched to the end.
     fn everything_searched(&self, base: &Member, screened: &Screened) -> Option<Fitted> {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let (absorbing, own) = directions(&stack, base);
         let physics = self.sketch(base, screened, Others::Absorb(&absorbing))?.physics;
         let begun = self.begun(base, screened, &physics, Others::Known(&own))?;
@@ -78,6 +77,8 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
+
+    use stillbeam_recording::Role;
 
     use super::*;
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};

@@ -13,7 +13,6 @@ use crate::fit::Fitted;
 use crate::intervals::precision;
 use crate::record::Record;
 use crate::simulation::simulate;
-use stillbeam_recording::Role;
 
 /// So many times the separation of two sets behind, a set that has been fitted for a while is no rival.
 const FAR_BEHIND: f64 = 10.0;
@@ -147,7 +146,7 @@ impl Search<'_> {
         cut_short: bool,
         screened: &[Screened],
     ) -> (Vec<Tried>, Vec<Member>) {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &|parameter| parameter.is_added);
         let stable = self.is_stable(chosen);
         let (beyond_noise, rest, is_loud) = self.left_under(chosen);
@@ -284,7 +283,7 @@ impl Search<'_> {
         if !other.passes() && !is_only_unconfirmed(&other.gates, other.held_out) {
             return false;
         }
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let (before, after) = (&chosen.fitted.records, &other.member.fitted.records);
         let training = improvement(&stack, before, after, self.study.slowest_hz);
         training.t() > DOUBT * self.options.training_gate

@@ -6,8 +6,6 @@
 //! else is fitted again, and what is left is compared. Where the best value itself has wandered up, to where all do nearly as well, a tenth of
 //! it may do as well too, and a hundredth is asked for.
 
-use stillbeam_recording::Role;
-
 use super::gates::{DETERMINED, DOUBT, fails_only, only_strength};
 use super::rounds::Tried;
 use super::selection::Search;
@@ -53,7 +51,7 @@ impl Search<'_> {
         let (mut free, mut values) = (fitted.free.clone(), fitted.values.clone());
         let (weakened, value) = (free.remove(place), values.remove(place));
         let hypothesis = fitted.hypothesis.with_values(&[weakened], &[share * value])?;
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let weak = fit(&stack, &hypothesis, &free, &values, &fitted.initial_states(), Effort::TRIAL)?;
         self.member(member.laws.clone(), weak)
     }

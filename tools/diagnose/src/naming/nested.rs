@@ -6,7 +6,6 @@
 
 use rayon::prelude::*;
 use stillbeam_plant::Physics;
-use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
@@ -262,7 +261,7 @@ impl Search<'_> {
             .map(|(parameter, value)| (parameter.clone(), *value))
             .unzip();
         let fitted = Fitted { free, values, ..member.fitted.clone() };
-        let errors = standard_errors(&self.study.stack(Role::Train), &fitted, self.study.slowest_hz);
+        let errors = standard_errors(&self.train(), &fitted, self.study.slowest_hz);
         let [one, other] = names.map(|name| {
             let index = fitted.free.iter().position(|free| free.path.strip_prefix(&own) == Some(name))?;
             Some((fitted.values[index], errors[index]))

@@ -17,7 +17,6 @@
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
-use stillbeam_recording::Role;
 
 use super::rounds::{Beside, Tried};
 use super::selection::Search;
@@ -50,6 +49,9 @@ impl Search<'_> {
                 take_better(&mut tried, self.tried_by_latent_force(&other, refitted));
             }
         }
+        if !self.is_explained(&tried) {
+            take_better(&mut tried, self.tried_at_the_beginnings(refitted));
+        }
         let is_missing_most = self.rest(refitted) != Rest::Noise && !self.takes_most(refitted, &tried);
         if is_missing_most && !self.is_over() {
             take_better(&mut tried, self.tried_by_latent_force(refitted, refitted));
@@ -59,7 +61,7 @@ impl Search<'_> {
 
     /// Whether one of the laws passes its gates and takes so much away that it would be named by itself.
     fn takes_most(&self, refitted: &Member, tried: &[Tried]) -> bool {
-        let samples = self.study.stack(Role::Train).present() as f64;
+        let samples = self.train().present() as f64;
         let left = |member: &Member| member.fitted.sum_of_squares;
         // Where the noise is known from the refit alone, what that leaves is as loud as noise, whatever it is.
         let noise = if left(refitted) > LOUD * samples { samples } else { 0.0 };
@@ -82,7 +84,7 @@ impl Search<'_> {
         if !self.moved_far(&refitted.fitted) {
             return None;
         }
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let within = refit_within_drawing(&stack, &Hypothesis::given(self.given))?;
         self.member(Vec::new(), within)
     }
@@ -93,7 +95,7 @@ impl Search<'_> {
         if self.rest(refitted) == Rest::Noise {
             return None;
         }
-        let all = self.study.stack(Role::Train).until(self.patience);
+        let all = self.train();
         let alone: Vec<Option<Fitted>> =
             (0..all.records.len()).into_par_iter().map(|number| self.refit_to(&all, &[number])).collect();
         // Mean squares that each recording's own refit leaves of it.

@@ -19,7 +19,6 @@
 use std::slice::from_ref;
 
 use stillbeam_plant::{Model, Physics, StateSpace};
-use stillbeam_recording::Role;
 
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
@@ -58,7 +57,7 @@ impl Search<'_> {
             return None;
         }
         if !self.drifts_over_a_wave(member) {
-            let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train).until(self.patience));
+            let is_jagged = member.fitted.is_jagged(&self.train());
             return if is_jagged { self.fitted_to_beginnings_first(member) } else { None };
         }
         if let Some(as_recorded) = self.waves_as_recorded(member) {
@@ -76,7 +75,7 @@ impl Search<'_> {
 
     /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where neither leaves less.
     fn fitted_to_beginnings_first(&self, member: &Member) -> Option<Member> {
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let longer = member.fitted.over_a_lengthening_horizon(&stack);
         let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
         let rough = (!arrived).then(|| member.fitted.across_the_jags(&stack));
@@ -110,7 +109,7 @@ impl Search<'_> {
     pub(super) fn fitted_from_drawing(&self, member: &Member, effort: Effort) -> Option<Member> {
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let drawn = refit_from_drawing(&stack, &hypothesis, &member.fitted, effort)?;
         self.member(member.laws.clone(), drawn)
     }
@@ -138,7 +137,7 @@ impl Search<'_> {
         if !has_shapes {
             return None;
         }
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let leaving = Leaving { least_explained: 0.0, is_given_up: &|| false };
         let seen = screen(&stack, &member.fitted, from_ref(own), self.study.slowest_hz, &leaving);
         let seen = Screened { candidate, ..seen.into_iter().next()? };

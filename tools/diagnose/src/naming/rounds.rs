@@ -91,6 +91,11 @@ impl Search<'_> {
         self.known((base.laws.clone(), None)).unwrap_or_else(|| self.tried_on(base, None))
     }
 
+    /// Whether no more is tried beside a set: the first law is looked for as long as there is any time.
+    fn is_given_up(&self, base: &Member) -> bool {
+        if base.laws.is_empty() { self.patience.is_spent() } else { self.is_over() }
+    }
+
     /// The same for laws that could take the place of one: those alone are fitted whose sketches come near to what it does, and the
     /// law itself is not.
     pub(crate) fn round_in_place(&self, base: &Member, place: Place) -> Round {
@@ -114,9 +119,7 @@ impl Search<'_> {
     }
 
     fn looked_for_on(&self, base: &Member, place: Option<Place>) -> Round {
-        // The first law is looked for in any case.
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
-        if is_given_up() {
+        if self.is_given_up(base) {
             return (Vec::new(), Vec::new());
         }
         if !base.laws.is_empty() {
@@ -147,8 +150,8 @@ impl Search<'_> {
     /// Fits laws on top of `base`.
     pub(super) fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
         let place = beside.place;
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
-        let stack = self.study.stack(Role::Train);
+        let is_given_up = || self.is_given_up(base);
+        let stack = self.train();
         let rest = self.rest_beside(base);
         let least_t = self.least_t(rest);
         // What is worth looking at is there before it is simulated, to a factor of two.
@@ -221,11 +224,13 @@ impl Search<'_> {
             screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
         promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
         let best = promising.first().map_or(0.0, |best| best.explained);
-        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
+        // Where what is left is strongly coloured nothing looks certain: the first few are looked at, and where it is far above the noise that
+        // the readings themselves show, whatever the screen says: what is left is no noise then, and errors reckoned from it are none.
+        let unlikely = if self.study.is_far_above_own_noise(base) { 0.0 } else { UNLIKELY };
         let mut place = 0;
         promising.retain(|s| {
             place += 1;
-            s.t.abs() > least_t || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
+            s.t.abs() > least_t || (place <= LOOKED_AT_ANYWAY && s.t.abs() > unlikely)
         });
         promising.retain(|s| s.explained > WORTH_A_SKETCH * best);
         promising.truncate(SKETCHED_PER_ROUND);
@@ -243,7 +248,7 @@ impl Search<'_> {
         let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter(|_| base.laws.is_empty() || !self.is_over())
+            .filter(|_| !self.is_given_up(base))
             .filter_map(|sketched| {
                 let Sketched { physics, screened, begun, .. } = sketched;
                 let around_base = match begun {
@@ -291,7 +296,7 @@ impl Search<'_> {
     /// The gates of the law that a set has on top of another.
     pub(super) fn judged_on(&self, base: &Member, member: Member, candidate: usize) -> Tried {
         let own = format!("physics.{}.", base.laws.len() + 1 + self.given_laws);
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
         self.judged(base, member, candidate, &own, &errors, (None, 0.0))
     }
@@ -307,7 +312,7 @@ impl Search<'_> {
         (closer, own_share): (Option<Closer>, f64),
     ) -> Tried {
         let slowest_hz = self.study.slowest_hz;
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let training = improvement(&stack, &base.fitted.records, &member.fitted.records, slowest_hz);
         let held_out = (!self.study.held_out.is_empty()).then(|| {
             improvement(&self.study.stack(Role::HeldOut), &base.held_out, &member.held_out, slowest_hz)
@@ -320,7 +325,12 @@ impl Search<'_> {
             .zip(errors)
             .filter_map(|((parameter, value), stderr)| {
                 let name = parameter.path.strip_prefix(own)?.to_owned();
-                Some((name, *value, *stderr, parameter.lower, parameter.upper))
+                let mut specs = self.candidates[candidate].law.parameters().iter();
+                let is_natural = specs.any(|spec| {
+                    spec.name == name && spec.is_complete_at_upper && spec.upper == parameter.upper
+                });
+                let upper = if is_natural { f64::INFINITY } else { parameter.upper };
+                Some((name, *value, *stderr, parameter.lower, upper))
             })
             .collect();
         let mut parameters = parameters;
@@ -405,8 +415,30 @@ mod tests {
 
     use super::*;
     use crate::naming::hidden_laws::AS_WELL;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, searched_around};
     use crate::two_bodies::{driven, slide, swept};
+
+    /// A law that has come to its natural end has a derivative there too, and a standard error.
+    #[test]
+    fn a_sensor_that_loses_the_sign_wholly_is_known_and_not_pressed_against_a_bound() {
+        for amplitude in [3.0, 8.0] {
+            let mut truth = machine();
+            truth.setup_mut().physics = vec![Physics::new("rectification", "sensor").with("share", 1.0)];
+            let noisy = |times: f64| noisy_runs(&truth, &[amplitude, times * amplitude], 1e-4);
+            searched(&noisy(2.0), &noisy(1.5), |search, refitted| {
+                let begun = Physics::new("rectification", "sensor").with("share", 0.9);
+                let found = fitted_with(search, &refitted, &begun);
+                let candidate = found.laws[0];
+                let tried = search.judged_on(&refitted, found, candidate);
+                let (_, share, stderr, ..) = &tried.parameters[0];
+                assert!(*share > 0.99 && stderr.is_finite() && *stderr < 0.01, "{share} ± {stderr}");
+                for name in ["bounds", "determined", "training"] {
+                    let gate = tried.gates.iter().find(|gate| gate.name == name).unwrap();
+                    assert!(gate.passed, "{name}: {}", gate.detail);
+                }
+            });
+        }
+    }
 
     /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does. The weak one is fitted at the wrong
     /// body too; fits of what looks like the strong one are no reason not to look around other refits, which finds it.

@@ -4,7 +4,6 @@ use std::f64::consts::FRAC_PI_2;
 
 use rayon::prelude::*;
 use stillbeam_plant::Physics;
-use stillbeam_recording::Role;
 
 use super::gates::DOUBT;
 use super::rounds::{Tried, by_fit, directions};
@@ -91,7 +90,7 @@ impl Search<'_> {
     /// Whether a fit leaves more than noise of the training recordings. By innovations none does: what they are made of is as loud as noise
     /// by definition.
     pub(super) fn is_louder_than_noise(&self, fitted: &Fitted) -> bool {
-        fitted.sum_of_squares > LOUD * self.study.stack(Role::Train).present() as f64
+        fitted.sum_of_squares > LOUD * self.train().present() as f64
     }
 
     /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves over a travel of less than a period,
@@ -106,7 +105,7 @@ impl Search<'_> {
         let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
         let seen = screened.iter().find(|seen| seen.candidate == best.candidate);
         let Some(seen) = seen.filter(|_| self.deserves_more(best)) else { return };
-        let (absorbing, own) = directions(&self.study.stack(Role::Train), base);
+        let (absorbing, own) = directions(&self.train(), base);
         let elsewhere = seen.others.par_iter().filter_map(|(trial, factor)| {
             let at = Screened { trial: trial.clone(), factor: *factor, others: Vec::new(), ..seen.clone() };
             let physics = self.sketch(base, &at, Others::Absorb(&absorbing))?.physics;

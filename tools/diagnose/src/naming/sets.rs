@@ -52,7 +52,7 @@ impl Search<'_> {
             base.fitted.free.iter().cloned().chain(added.iter().cloned()).collect();
         let start: Vec<f64> =
             base.fitted.values.iter().copied().chain(added.iter().map(|parameter| parameter.given)).collect();
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let near = stack.begin_near(&hypothesis, &base.fitted.records)?;
         fit_near(&stack, &hypothesis, &free, &start, near, others, Effort::BEGIN)
     }
@@ -118,7 +118,7 @@ impl Search<'_> {
             .unzip();
         start.extend(added.iter().map(|parameter| parameter.given));
         free.extend(added);
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let fitted = fit(&stack, &hypothesis, &free, &start, &member.fitted.initial_states(), Effort::TRIAL)?;
         let mut laws = member.laws.clone();
         *laws.get_mut(place)? = candidate;
@@ -135,7 +135,7 @@ impl Search<'_> {
         let training = compared(Role::Train, &without.fitted.records, &with.fitted.records);
         let held_out = compared(Role::HeldOut, &without.held_out, &with.held_out);
         let freedom = with.fitted.free.len() as f64 - without.fitted.free.len() as f64;
-        let scale = with.fitted.sum_of_squares / self.study.stack(Role::Train).present().max(1) as f64;
+        let scale = with.fitted.sum_of_squares / self.train().present().max(1) as f64;
         let gain = training.gain + held_out.gain - freedom * scale;
         // The square that a parameter is worth is itself uncertain by as much: two sets that do the same are no standard errors apart.
         let sd = (training.variance + held_out.variance + scale * scale).sqrt();
@@ -169,7 +169,7 @@ impl Search<'_> {
 
     /// A fit carried on, if that makes it better.
     pub(crate) fn fitted_on(&self, from: &Fitted, effort: Effort) -> Option<Fitted> {
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let fitted = fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), effort);
         fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
@@ -188,7 +188,7 @@ impl Search<'_> {
         self.floors = floors;
         self.weighed_again = true;
         self.rounds = std::sync::Mutex::default();
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.train();
         let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = laws;

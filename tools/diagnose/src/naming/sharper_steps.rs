@@ -4,7 +4,6 @@
 //! noise misses readings at every step.
 
 use stillbeam_identify::tall::dot;
-use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
@@ -21,7 +20,7 @@ impl Search<'_> {
 
     /// The same with one law; `None` for what is no rounding or is as sharp as it should be.
     fn sharpened(&self, member: &Member, law: usize) -> Option<Member> {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let sharper = |share: &f64| {
             let mut fitted = member.fitted.clone();
             let law = fitted.hypothesis.model.setup_mut().physics.get_mut(law)?;

@@ -3,7 +3,6 @@
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Physics;
-use stillbeam_recording::Role;
 
 use super::gates::{NOTICEABLE, improvement};
 use super::rounds::directions;
@@ -43,7 +42,7 @@ impl Search<'_> {
         if base.laws.is_empty() {
             return true;
         }
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let before = base.fitted.sum_of_squares;
         let systematic = (before - stack.present() as f64).max(1.0);
         let size = (before - sketched.left) / systematic;
@@ -100,7 +99,7 @@ impl Search<'_> {
     ) -> Option<(Physics, Fitted)> {
         let number = base.laws.len() + 1 + self.given_laws;
         let candidate = &self.candidates[screened.candidate];
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let started = (0..=HALVINGS).find_map(|halvings| {
             let physics = candidate.physics(trial, factor * 0.5_f64.powi(halvings));
             let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
@@ -125,7 +124,7 @@ impl Search<'_> {
 
     /// One more law as it is sketched on top of a set.
     pub(super) fn sketched_on_top(&self, base: &Member, screened: &Screened) -> Option<Physics> {
-        let (absorbing, _) = directions(&self.study.stack(Role::Train), base);
+        let (absorbing, _) = directions(&self.train(), base);
         Some(self.sketch(base, screened, Others::Absorb(&absorbing))?.physics)
     }
 }

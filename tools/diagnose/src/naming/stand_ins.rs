@@ -7,7 +7,6 @@
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
-use stillbeam_recording::Role;
 
 use super::screening::small_effect;
 use super::selection::Search;
@@ -94,7 +93,7 @@ impl Search<'_> {
     }
 
     fn far_places(&self, fitted: &Fitted) -> Vec<usize> {
-        let errors = standard_errors(&self.study.stack(Role::Train), fitted, self.study.slowest_hz);
+        let errors = standard_errors(&self.train(), fitted, self.study.slowest_hz);
         let is_far =
             |index: &usize| moved_too_far(&fitted.free[*index], fitted.values[*index], errors[*index]);
         (0..fitted.free.len()).filter(is_far).collect()
@@ -103,7 +102,7 @@ impl Search<'_> {
     /// What these parameters changed by moving from their given values, as far as straight lines say and all others follow; and the
     /// directions of the others.
     fn done_by(&self, fitted: &Fitted, far: &[usize]) -> (Vec<f64>, Orthonormal) {
-        let columns = fitted.sensitivities(&self.study.stack(Role::Train));
+        let columns = fitted.sensitivities(&self.train());
         let mut absorbing = Orthonormal::default();
         let mut wanted = vec![0.0; columns.first().map_or(0, Vec::len)];
         for (index, column) in columns.into_iter().enumerate() {
@@ -131,7 +130,7 @@ impl Search<'_> {
     ) -> Option<Member> {
         let candidate = &self.candidates[index];
         let base = &refitted.fitted;
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let (trial, strength, _) = candidate
             .trials
             .iter()

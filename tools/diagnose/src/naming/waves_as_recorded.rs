@@ -11,7 +11,6 @@ use std::f64::consts::FRAC_PI_2;
 
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::{Motion, Physics, StateSpace, force_along};
-use stillbeam_recording::Role;
 
 use super::lines_over_position::{frequencies_along, of_both, tops};
 use super::other_valleys::is_held;
@@ -68,7 +67,7 @@ impl Search<'_> {
     fn wave_as_recorded(&self, member: &Member, law: usize) -> Option<Member> {
         let place = member.laws.iter().position(|other| *other == law)?;
         let (hypothesis, free, values) = self.lacking(member, place);
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let without = reckoned(&stack, &hypothesis, &free, &values, &member.fitted.initial_states())?;
         let others = member.laws.iter().copied().filter(|other| *other != law).collect();
         let found =
@@ -88,7 +87,7 @@ impl Search<'_> {
     pub(super) fn wave_read_off(&self, without: &Member, law: usize) -> Option<Member> {
         let candidate = &self.candidates[law];
         let wave = candidate.trials.iter().find(|trial| trial.period().is_some())?;
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let travelled = Travelled::new(&stack, &candidate.physics(wave, 1.0), without.fitted.clone())?;
         let places = || travelled.travels.iter().flat_map(|travel| travel.points[travelled.point][0].iter());
         let frequencies = frequencies_along(candidate, || places().copied());

@@ -87,7 +87,8 @@ pub struct Heard {
     pub seconds: f64,
 }
 
-/// Asks about all cases; `progress` gets a line per case. Cases that could not be made or written are left out.
+/// Asks about all cases; `progress` gets a line per case. Cases that could not be made or written are left
+/// out.
 pub fn ask_all(nulls: &Nulls, progress: &(dyn Fn(&str) + Sync)) -> Vec<Heard> {
     let next = AtomicUsize::new(0);
     let heard = Mutex::new(Vec::new());

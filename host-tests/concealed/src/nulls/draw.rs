@@ -106,7 +106,8 @@ pub fn draw(seed: u64, number: usize, wrong: f64) -> Option<NullCase> {
     Some(NullCase { number, drive, rate_hz, between, more_modes: pair.more_modes, model, runs, input })
 }
 
-/// A measured input has noise and steps; a command that is held is known, but for the steps it is written down in.
+/// A measured input has noise and steps; a command that is held is known, but for the steps it is written
+/// down in.
 fn input_channel(drive: Drive, between: Between, size: f64, random: &mut Random) -> Channel {
     let noise_rms = match drive {
         Drive::Setpoint | Drive::ServoSetpoint => 0.0,

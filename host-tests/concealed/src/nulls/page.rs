@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::ask::{Heard, Said};
 
-/// Tables over all cases, by what drives the machine and by rate, and a list of those that were wrong. `about` says how they were
-/// made.
+/// Tables over all cases, by what drives the machine and by rate, and a list of those that were wrong.
+/// `about` says how they were made.
 pub fn page(about: &str, heard: &[Heard]) -> String {
     let mut text = format!("## {about}\n\n");
     text.push_str(&heading());

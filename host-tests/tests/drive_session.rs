@@ -170,18 +170,10 @@ fn run(seed: u64, ticks: u64) {
     assert!(enabled_ticks > ticks / 10 && off_ticks > ticks / 50, "{enabled_ticks} {off_ticks}");
 }
 
+/// Ten million ticks.
 #[test]
 fn no_session_enables_the_drive_unasked_steps_the_setpoint_or_exceeds_a_limit() {
-    for seed in 0..6 {
-        run(seed, 60_000);
-    }
-}
-
-/// Ten million ticks, some minutes: `cargo test --release -p stillbeam-host-tests --test drive_session -- --ignored`.
-#[test]
-#[ignore = "takes minutes"]
-fn nor_does_one_of_ten_million_ticks() {
-    for seed in 100..110 {
+    for seed in 0..10 {
         run(seed, 1_000_000);
     }
 }

@@ -179,9 +179,7 @@ fn a_fault_that_comes_up_is_told_apart_from_replies_and_ends_a_motion_with_an_er
     // On the core the words come with the checksum of the session.
     let mut session = core();
     session.command("emergency").unwrap();
-    let is_off = |session: &mut Session| session.command("status").unwrap().line("drive") == Some("fault");
-    assert!((0..1000).any(|_| is_off(&mut session)), "the drive is never off");
-    session.command("status").unwrap();
+    session.disable_drive().unwrap();
     let faults = session.take_faults();
     // First while it is stopped, then when the drive is off.
     assert!(faults.iter().all(|fault| fault.starts_with("emergency tick=")), "{faults:?}");

@@ -18,7 +18,7 @@ pub struct StreamedMotion {
     pub decimation: u32,
     /// The samples, the first ones before the motion's start.
     pub samples: Vec<Sample>,
-    /// Samples that are missing between them; none in what [`Session::run_motion`] returns.
+    /// Samples that are missing before and between them; none in what [`Session::run_motion`] returns.
     pub gaps: Vec<Gap>,
     /// Frames that came damaged.
     pub damaged_frames: u64,
@@ -211,7 +211,7 @@ impl Session {
                 return Err(self.timeout(format!("`{motion}`"), patience));
             };
             let last = run.samples.last().map(|last| last.sequence);
-            let lost = last.map_or(0, |last| sample.sequence.wrapping_sub(last).wrapping_sub(1));
+            let lost = sample.sequence.wrapping_sub(last.map_or(0, |last| last.wrapping_add(1)));
             let tick = sample.tick;
             if lost > u32::MAX / 2 {
                 // What came so far was left of an earlier stream.
@@ -219,10 +219,11 @@ impl Session {
                 run.samples.clear();
                 run.gaps.clear();
             } else if lost != 0 {
-                if !with_flaws {
-                    return Err(BoardError::SamplesLost { board: self.board().to_owned(), lost, tick });
-                }
                 run.gaps.push(Gap { lost, tick });
+                // Whether the first samples are missing, or these are left of an earlier stream, shows later.
+                if last.is_some() && !with_flaws {
+                    return Err(self.samples_lost(run));
+                }
             }
             started |= sample.command.0 != rest_nm;
             run.samples.push(sample);
@@ -235,8 +236,15 @@ impl Session {
             let elapsed = u64::from(sample.tick.wrapping_sub(first_tick));
             progress((elapsed as f64 / after_start.max(1) as f64).min(1.0));
             if elapsed >= after_start + u64::from(decimation) {
-                return Ok(());
+                let flawed = !with_flaws && !run.gaps.is_empty();
+                return if flawed { Err(self.samples_lost(run)) } else { Ok(()) };
             }
         }
+    }
+
+    /// What to say of the last gap.
+    fn samples_lost(&self, run: &StreamedMotion) -> BoardError {
+        let Gap { lost, tick } = run.gaps.last().copied().unwrap_or(Gap { lost: 0, tick: 0 });
+        BoardError::SamplesLost { board: self.board().to_owned(), lost, tick }
     }
 }

@@ -89,6 +89,16 @@ pub enum ShapeError {
         /// What is wrong, and the remedy.
         what: &'static str,
     },
+    /// A mode's weight in the vibration of an axis.
+    #[error(
+        "the mode at {frequency_hz} Hz has a weight of {weight} in its axis' vibration; give a number above 0"
+    )]
+    Weight {
+        /// The mode's nominal frequency.
+        frequency_hz: f64,
+        /// The weight given.
+        weight: f64,
+    },
     /// A tolerance that no shaper can be asked for.
     #[error(
         "a tolerance of {fraction} has no meaning; give a fraction of the unshaped vibration, at least 0 and below 1"

@@ -11,6 +11,9 @@
 //! | the shortest shaper for all modes over their boxes | `optimal/` |
 //! | what a table costs the board | `cost` |
 //! | single-mode shapers that look good by accident | `accident` |
+//! | one textbook shaper for an axis, beside the others | `axis_shaper` |
+//! | how far a shaper takes a path off its corners | `corner` |
+//! | what a shaper leaves of a power spectrum, as printers' controllers count it | `spectrum_share` |
 //! | the shortest command for a whole move | `whole_move/` |
 //! | textbook, specified insensitivity or optimal, by name | `stage_type` |
 //! | a table that was read is checked against its CRC and turned back into what runs | `table_file` |
@@ -28,8 +31,10 @@
 //! ```
 
 mod accident;
+mod axis_shaper;
 mod board_table;
 mod checksum;
+mod corner;
 mod cost;
 mod design;
 mod error;
@@ -37,14 +42,17 @@ mod impulse_sequence;
 mod mode_spec;
 mod optimal;
 mod residual;
+mod spectrum_share;
 mod stage_type;
 mod table_file;
 mod table_text;
 mod whole_move;
 
 pub use accident::{HarmonicAccident, harmonic_accidents};
+pub use axis_shaper::{AxisComparison, AxisMode, AxisRequest, AxisShaper};
 pub use board_table::BoardTable;
 pub use checksum::Crc32;
+pub use corner::{Corner, ImpulseSpread};
 pub use cost::TableCost;
 pub use design::{
     DesignOptions, ImpulseEntry, OptimalEntry, Residual, SCHEMA_VERSION, ShaperDesign, StageEntry, TapEntry,
@@ -54,5 +62,6 @@ pub use impulse_sequence::impulse_sequence;
 pub use mode_spec::{DEFAULT_TYPE, StagePlan, parse_mode, parse_stage, parse_type};
 pub use optimal::{ModeBox, OptimalRequest, OptimalShaper, ROUNDING, worst_over_box};
 pub use residual::cascade_residual;
+pub use spectrum_share::{SHARE_DAMPING_RATIOS, spectrum_share};
 pub use stage_type::{KnownStageTypes, StageType};
 pub use whole_move::{BoardPlan, MoveBounds, MoveRequest, PlanEntry, PlayedMove, command_residual};

@@ -97,7 +97,8 @@ impl Advance {
         scratch.clear();
         self.transition.times(state, scratch);
         for ((entry, value), gamma) in scratch.iter_mut().zip(&self.value).zip(&self.slope) {
-            *entry += value * u + gamma * slope;
+            // In the order of a dense row, so that blocks change nothing to the last bit.
+            *entry = *entry + value * u + gamma * slope;
         }
         std::mem::swap(state, scratch);
     }

@@ -69,7 +69,8 @@ impl PortStep {
         next.clear();
         self.blocks.times(state, next);
         for (entry, (value, gamma)) in next.iter_mut().zip(self.value.iter().zip(&self.slope)) {
-            *entry += value * u + gamma * slope;
+            // In the order of a dense row, so that blocks change nothing to the last bit.
+            *entry = *entry + value * u + gamma * slope;
         }
     }
 }

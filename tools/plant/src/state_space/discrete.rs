@@ -77,7 +77,8 @@ impl Discrete {
         next.clear();
         self.blocks.times(state, next);
         for (entry, (value, gamma)) in next.iter_mut().zip(self.input_value.iter().zip(&self.input_slope)) {
-            *entry += value * u + gamma * slope;
+            // In the order of a dense row, so that blocks change nothing to the last bit.
+            *entry = *entry + value * u + gamma * slope;
         }
     }
 

@@ -22,10 +22,11 @@ mod image {
         flash_accelerator, image, outputs, restart, serial, step_pulses, supply, tick_timer, watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
+    use stillbeam_firmware::drive::State;
     use stillbeam_firmware::fault::Event;
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::restart::Restart;
-    use stillbeam_firmware::settings::{DriveSettings, SettingsStore};
+    use stillbeam_firmware::settings::{DriveSettings, Settings, SettingsStore};
     use stillbeam_firmware::telemetry::Sample;
     use stillbeam_firmware::telemetry::sender::Sender;
     use stillbeam_firmware::watchdog::Patience;
@@ -80,7 +81,7 @@ mod image {
         if restart.must_hold() {
             parts.controller.hold_after_crash();
         }
-        log_start(&restart);
+        log_start(&restart, parts.console.settings());
         parts.console.note_restart(restart);
         board::follow(parts.console.settings().drive(), parts.console.tick_rate());
         emergency_stop::set_at_once(parts.console.settings().safety().stops_at_once());
@@ -105,6 +106,7 @@ mod image {
         let mut text = String::<MAX_REPLY>::new();
         let mut line_errors = LineErrors::default();
         let mut sender = Sender::new();
+        let mut drive_state = State::default();
         console.greet(restored, &mut text);
         loop {
             let said = text.len();
@@ -112,6 +114,8 @@ mod image {
             log_faults(text.get(said..).unwrap_or_default());
             serial::send(text.as_bytes()).await;
             text.clear();
+            let drive = console.drive_state();
+            log_drive(core::mem::replace(&mut drive_state, drive), drive);
             tick_timer::console_made_round();
             tick_timer::heartbeat_or(|| samples.ready() || serial::has_received()).await;
             line_errors = note_line_errors(&mut console, line_errors);
@@ -202,22 +206,35 @@ mod image {
             } else if now.drive == self.drive {
                 return;
             }
+            log_settings(console.settings());
             board::follow(&now.drive, console.tick_rate());
             *self = now;
         }
     }
 
     #[cfg(feature = "defmt")]
-    fn log_start(restart: &Restart) {
+    fn log_start(restart: &Restart, settings: &Settings) {
         defmt::info!(
             "started after {=str}, crash on record: {=bool}",
             restart.cause.name(),
             restart.crash.is_some()
         );
+        log_settings(settings);
     }
 
     #[cfg(not(feature = "defmt"))]
-    fn log_start(_restart: &Restart) {}
+    fn log_start(_restart: &Restart, _settings: &Settings) {}
+
+    /// The drive's state, where it is another than before.
+    #[cfg(feature = "defmt")]
+    fn log_drive(before: State, now: State) {
+        if now != before {
+            defmt::info!("drive {} -> {}", before, now);
+        }
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_drive(_before: State, _now: State) {}
 
     /// What the console says unasked: faults as they come up.
     #[cfg(feature = "defmt")]
@@ -237,6 +254,14 @@ mod image {
 
     #[cfg(not(feature = "defmt"))]
     fn log_rate(_clocks_per_tick: u32) {}
+
+    #[cfg(feature = "defmt")]
+    fn log_settings(settings: &Settings) {
+        defmt::info!("{}", settings);
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_settings(_settings: &Settings) {}
 
     #[cfg(feature = "defmt")]
     fn log_line_error() {

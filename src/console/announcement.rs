@@ -20,6 +20,9 @@ impl Console<'_> {
     /// Says that a fault holds the machine, or that it now disables the drive too, once each. Whoever feeds bytes calls this
     /// whenever no reply is under way.
     pub fn announce(&mut self, out: &mut dyn Write) {
+        // To be logged when they happen, not when somebody asks for them.
+        #[cfg(feature = "defmt")]
+        self.events.collect();
         self.watch_host();
         self.say_asked_status(out);
         self.announce_fault(out);

@@ -373,6 +373,11 @@ impl<'m> Console<'m> {
         !self.requests.is_empty()
     }
 
+    /// The drive's state.
+    pub fn drive_state(&self) -> State {
+        self.status.drive()
+    }
+
     /// The rate at which the timer has to run the tick.
     pub fn tick_rate(&self) -> TickRate {
         self.table.tick_rate()

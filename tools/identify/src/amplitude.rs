@@ -57,8 +57,10 @@ impl AmplitudeChange {
     }
 }
 
-/// Standard errors from which a change counts.
-const CLEAR: f64 = 4.0;
+/// Standard errors from which a change counts, and where the course of a decay is known to bend: only what bends is then
+/// asked.
+pub(crate) const CLEAR: f64 = 4.0;
+pub(crate) const CLEAR_WHERE_BENT: f64 = 2.0;
 /// Shares of frequency and of damping from which it matters to a shaper.
 const MATTERS: [f64; 2] = [0.001, 0.1];
 /// Amplitudes must differ by this factor.
@@ -71,7 +73,7 @@ type Pick = fn(&AmplitudePoint) -> Estimate;
 
 /// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest amplitude
 /// against the third with the largest.
-pub(crate) fn changes(points: &[AmplitudePoint]) -> Vec<AmplitudeChange> {
+pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
     let third = sorted.len().div_ceil(3);
@@ -89,7 +91,7 @@ pub(crate) fn changes(points: &[AmplitudePoint]) -> Vec<AmplitudeChange> {
     ];
     let pairs = quantities.into_iter().zip(MATTERS).filter_map(|((quantity, pick), share)| {
         let (small, large) = (mean(small.iter().map(pick)), mean(large.iter().map(pick)));
-        let counts = small.distance(&large) > CLEAR
+        let counts = small.distance(&large) > clear
             && (small.value - large.value).abs() > share * large.value.abs()
             && large_amplitude > APART * small_amplitude;
         counts.then_some(AmplitudeChange { quantity, small, large, small_amplitude, large_amplitude })
@@ -303,15 +305,15 @@ mod tests {
     fn a_change_counts_when_it_is_clear_matters_and_goes_with_amplitude() {
         let hardening: Vec<AmplitudePoint> =
             (1..=6).map(|k| point(f64::from(k), 10.0 + 0.02 * f64::from(k * k))).collect();
-        let found = changes(&hardening);
+        let found = changes(&hardening, CLEAR);
         assert_eq!(found.len(), 1);
         assert!(found[0].quantity == Quantity::FrequencyHz && found[0].large.value > found[0].small.value);
         let steady: Vec<AmplitudePoint> = (1..=6).map(|k| point(f64::from(k), 10.0)).collect();
-        assert!(changes(&steady).is_empty());
+        assert!(changes(&steady, CLEAR).is_empty());
         // The same change at one amplitude is not one with amplitude.
         let drifting: Vec<AmplitudePoint> =
             (1..=6).map(|k| point(1.0 + 0.01 * f64::from(k), 10.0 + 0.02 * f64::from(k * k))).collect();
-        assert!(changes(&drifting).is_empty());
-        assert!(changes(&hardening[..1]).is_empty() && changes(&[]).is_empty());
+        assert!(changes(&drifting, CLEAR).is_empty());
+        assert!(changes(&hardening[..1], CLEAR).is_empty() && changes(&[], CLEAR).is_empty());
     }
 }

@@ -1,8 +1,9 @@
 //! What the fit of a free decay has to say: estimates with standard errors, cross-checks, warnings.
 
 use crate::aliasing::{Image, image_of};
+use crate::amplitude::CLEAR_WHERE_BENT;
 use crate::decay_model::DecayModel;
-use crate::decay_modes::{Part, Uniform, decay_part};
+use crate::decay_modes::{Fitted, Part, Uniform, decay_part};
 use crate::forced_model::{MIN_DAMPING, pole};
 use crate::forced_record::left_out;
 use crate::forced_report::{disagreement, fit_warnings};
@@ -25,7 +26,7 @@ use crate::time_stamps::are_uneven;
 use crate::warning_merge::merged;
 use crate::warnings::{Quantity, Warning, WarningKind};
 
-/// Turns a fit into the result.
+/// Turns a fit into the result; beside it comes the mean square that courses that bend explain more.
 pub(crate) fn report(
     ringing: &Ringing,
     record: &DecayRecord,
@@ -34,20 +35,23 @@ pub(crate) fn report(
     (parts, survey): (&[Part], Survey),
     uniform: &Uniform,
     (options, mut rejected): (&FreeDecayOptions, Vec<Rejected>),
-) -> IdentifiedModes {
-    let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
+) -> (IdentifiedModes, f64) {
+    let left = Uniform::new(&record.time_s, &refined.residuals);
+    let left = WholeSpectrum::new(left.samples(), left.interval_s);
     let mut warnings = ringing.warnings.clone();
     for tone in &ringing.tones {
         let (warning, pole) = tone.told();
         warnings.push(warning);
         rejected.push(pole);
     }
+    let mut more_by_bending = 0.0;
     let mut modes: Vec<IdentifiedMode> = parts
         .iter()
         .enumerate()
         .map(|(mode, part)| {
-            let (mode, own) = identified_mode(record, refined, mode, part, &whole);
+            let (mode, own, more) = identified_mode(record, refined, mode, part, &left);
             warnings.extend(own);
+            more_by_bending += more;
             mode
         })
         .collect();
@@ -78,15 +82,18 @@ pub(crate) fn report(
     let n = record.time_s.len();
     let time_s: Vec<f64> = record.time_s.iter().map(|t| t + record.origin_s).collect();
     let window_s = [time_s[0], time_s[n - 1]];
+    rejected.extend(ringing.left_out.iter().cloned());
     rejected.extend(left_out(ringing.recording, &record.column, window_s));
     let offset = Estimate {
         value: refined.coefficients[2 * parts.len()],
         stderr: refined.coefficient_stderr(2 * parts.len()),
     };
-    IdentifiedModes {
+    let found = IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes),
         recording: record.name.clone(),
+        kind: Some(ringing.kind),
+        shapes: Vec::new(),
         input: None,
         output: record.column.clone(),
         modes,
@@ -117,7 +124,8 @@ pub(crate) fn report(
             measured: record.output.clone(),
             time_s,
         },
-    }
+    };
+    (found, more_by_bending)
 }
 
 /// What the record says of a mode's image.
@@ -150,20 +158,22 @@ fn survey_of_replica(
     survey_decay_again(&again.without_mean(), again.interval_s, survey, &modes_hz)
 }
 
-/// One mode, its second opinions, its course over amplitude, and what its length and its changes call for saying.
+/// One mode, its second opinions, its course over amplitude; what its length and its changes call for saying; and what
+/// it explains more if it may bend.
 fn identified_mode(
     record: &DecayRecord,
     refined: &Refined,
     mode: usize,
     part: &Part,
-    whole: &WholeSpectrum,
-) -> (IdentifiedMode, Vec<Warning>) {
+    left: &WholeSpectrum,
+) -> (IdentifiedMode, Vec<Warning>, f64) {
     let pole = pole(&refined.parameters, mode);
     let (cosine, sine) = (refined.coefficients[2 * mode], refined.coefficients[2 * mode + 1]);
     let amplitude = cosine.hypot(sine);
     let (cosine_stderr, sine_stderr) =
         (refined.coefficient_stderr(2 * mode), refined.coefficient_stderr(2 * mode + 1));
-    let seen = decay_part(whole, pole, part.half_width_hz, record.origin_s);
+    let fitted = Fitted { pole, factors: [cosine, sine], half_width_hz: part.half_width_hz };
+    let seen = decay_part(left, &fitted, record.origin_s);
     let mut estimated = IdentifiedMode {
         frequency_hz: Estimate {
             value: pole.frequency_hz,
@@ -185,17 +195,19 @@ fn identified_mode(
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::default(),
     }
-    .with_amplitudes(seen.course);
+    .with_amplitudes(seen.course, seen.bends.then_some(CLEAR_WHERE_BENT));
     let mut warnings: Vec<Warning> = length_warning(pole, record).into_iter().collect();
     if let Some([early, late]) = seen.early_late {
-        warnings.extend(changes(pole.frequency_hz, &early, &late));
+        if seen.bends {
+            warnings.extend(changes(pole.frequency_hz, &early, &late));
+        }
         estimated.cross_checks.extend([early, late]);
     }
     if let Some(check) = seen.decrement {
         warnings.extend(disagreement(&estimated, &check, record.duration_s()));
         estimated.cross_checks.push(check);
     }
-    (estimated, warnings)
+    (estimated, warnings, seen.more_by_bending)
 }
 
 /// Warns about a record too short for the damping, or a tone that does not decay.

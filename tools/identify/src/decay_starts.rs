@@ -4,7 +4,7 @@
 //! A short decay has no averaged spectrum to speak of: segments long enough to tell its modes apart hold all of it once.
 //! The realisation uses every sample's phase, so it sees a belt that rings for a tenth of a second under noise.
 
-use crate::decay_modes::{Part, Uniform, find_parts, part_at, remainder};
+use crate::decay_modes::{Part, Uniform, find_parts, pair_at, part_at, remainder};
 use crate::forced_fit::MAX_MODES;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::WholeSpectrum;
@@ -31,6 +31,7 @@ pub(crate) fn starting_parts(
         rejected.clear();
         parts = with_realised(find_parts(uniform, Some(wanted), rejected), uniform, survey, rejected);
     }
+    while parts.len() < wanted && split_one(&mut parts, uniform) {}
     rejected.extend(parts.iter().skip(wanted).map(|part| Rejected::Pole {
         frequency_hz: part.pole.frequency_hz,
         damping_ratio: Some(part.pole.damping_ratio),
@@ -42,6 +43,28 @@ pub(crate) fn starting_parts(
     });
     parts.truncate(wanted);
     (parts, left_rms)
+}
+
+/// Makes two modes of the strongest one that may be two; whether there was one.
+fn split_one(parts: &mut Vec<Part>, uniform: &Uniform) -> bool {
+    let mut order: Vec<usize> = (0..parts.len()).collect();
+    order.sort_by(|a, b| parts[*b].energy.total_cmp(&parts[*a].energy));
+    for index in order {
+        let others: Vec<Part> =
+            parts.iter().enumerate().filter(|(other, _)| *other != index).map(|(_, part)| *part).collect();
+        let left = remainder(&uniform.without_mean(), &others, uniform.interval_s);
+        let whole = WholeSpectrum::new(&left, uniform.interval_s);
+        let near: Vec<f64> = others.iter().map(|part| part.pole.frequency_hz).collect();
+        let pair =
+            pair_at(&whole, parts[index].pole.frequency_hz, &near, uniform, |values| values.possible_pair());
+        if let Some(pair) = pair {
+            parts.remove(index);
+            parts.extend(pair);
+            parts.sort_by(|a, b| a.pole.frequency_hz.total_cmp(&b.pole.frequency_hz));
+            return true;
+        }
+    }
+    false
 }
 
 /// The parts and those of the realisation's picks that are none of them and alone in their own band, by frequency.

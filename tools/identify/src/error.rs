@@ -3,6 +3,8 @@
 use stillbeam_recording::RecordingError;
 use thiserror::Error;
 
+use crate::record_kind::Recognised;
+
 /// Why no modes could be identified.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -136,6 +138,18 @@ pub enum IdentifyError {
         /// Frequency of each tone, Hz, and how it was recognised.
         tones: Vec<(f64, String)>,
     },
+    /// The record is no free decay.
+    #[error("{recording}: column `{column}` is no free decay. {} {}", found.statement(), sentence(remedy))]
+    NoDecay {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// What it is.
+        found: Box<Recognised>,
+        /// What to do.
+        remedy: String,
+    },
     /// An option is out of its range.
     #[error("option `{option}` is {value}; {remedy}")]
     BadOption {
@@ -156,6 +170,12 @@ pub enum IdentifyError {
         /// The output column.
         column: String,
     },
+}
+
+/// The same with a capital letter at its beginning, unless it begins with an option.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn frequencies(list: &[f64]) -> String {

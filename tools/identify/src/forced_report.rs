@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::aliasing::{Image, image_of};
-use crate::amplitude::of_forced;
+use crate::amplitude::{CLEAR, of_forced};
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
@@ -15,6 +15,7 @@ use crate::modal_response::Pole;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::poles::{Survey, survey_forced};
+use crate::record_kind::{RecordKind, recognise_signal};
 use crate::resolution::resolution;
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RealPole, RecordFit,
@@ -28,6 +29,16 @@ use crate::tones::find_tones;
 use crate::warning_merge::merged;
 use crate::warnings::{FastPassage, Quantity, Warning, WarningKind};
 use crate::whitening::{Whitener, even_runs};
+
+/// What drove the structure; something that is over at once is a pulse.
+fn kind_of_input(record: &ForcedRecord) -> RecordKind {
+    let values: Vec<f64> = record.input.coefficients.iter().map(|c| c[0]).collect();
+    let time_s = &record.input.knots_s[..values.len()];
+    match recognise_signal(time_s, &values).kind {
+        RecordKind::FreeDecay => RecordKind::Pulse,
+        kind => kind,
+    }
+}
 
 /// Turns a chosen model into the result.
 ///
@@ -110,6 +121,8 @@ pub(crate) fn report(
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes),
         recording: names(model.records),
+        kind: Some(kind_of_input(first)),
+        shapes: Vec::new(),
         input: Some(first.input_column.clone()),
         output: first.output_column.clone(),
         modes,
@@ -234,7 +247,7 @@ fn identified_mode(
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::default(),
     }
-    .with_amplitudes(of_forced(model, &refined.parameters, mode))
+    .with_amplitudes(of_forced(model, &refined.parameters, mode), Some(CLEAR))
 }
 
 /// Warnings about one mode.

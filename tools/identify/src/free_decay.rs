@@ -28,6 +28,8 @@ pub struct FreeDecayOptions {
     pub modes: Option<usize>,
     /// Where the free decay begins, s in the recording's time; `None` takes the largest deflection.
     pub start_s: Option<f64>,
+    /// Where it ends, s in the recording's time; `None` takes all that is not long sunk into the noise.
+    pub end_s: Option<f64>,
     /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
     /// time. Large statistical studies may do without.
     pub cross_checks: bool,
@@ -36,7 +38,7 @@ pub struct FreeDecayOptions {
 impl FreeDecayOptions {
     /// The usual choices for an output column.
     pub fn new(output: impl Into<String>) -> Self {
-        Self { output: output.into(), modes: None, start_s: None, cross_checks: true }
+        Self { output: output.into(), modes: None, start_s: None, end_s: None, cross_checks: true }
     }
 
     /// The same with a number of modes.
@@ -187,20 +189,16 @@ fn identify_from(
                 &record.column,
                 parts.len(),
             )?;
-            // Modes that were not asked for are no reason to read the decay from elsewhere.
-            let left = refined.residual_rms().min(left_by_all.unwrap_or(f64::INFINITY));
+            let (found, more_by_bending) =
+                report(ringing, &record, &minimum, &refined, (&parts, survey), &uniform, (options, rejected));
+            // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to read the
+            // decay from elsewhere.
+            let bent = (refined.residual_rms().powi(2) - more_by_bending).max(0.0).sqrt();
+            let left = bent.min(left_by_all.unwrap_or(f64::INFINITY));
             return Ok(Attempt {
                 explained: record.explained(left),
                 is_explained: record.is_explained(left),
-                found: report(
-                    ringing,
-                    &record,
-                    &minimum,
-                    &refined,
-                    (&parts, survey),
-                    &uniform,
-                    (options, rejected),
-                ),
+                found,
             });
         }
         for (mode, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {

@@ -1,15 +1,17 @@
 //! Modes from recordings, with honest intervals, in the time domain first.
 //!
-//! Two experiments are read:
+//! Three experiments are read:
 //! * a **forced record**, such as a sweep of the base: [`identify_forced`] fits the whole time record by
 //!   output error, from a free initial state;
-//! * a **free decay**: [`identify_free_decay`] fits a sum of damped sinusoids from the peak of the ring-down.
+//! * a **free decay**: [`identify_free_decay`] fits a sum of damped sinusoids from the peak of the ring-down;
+//! * a record **under noise, traffic or wind**: [`identify_output_only`] reads the covariances of the outputs.
 //!
-//! Both choose the number of modes themselves unless told, report standard errors that stay honest when the
-//! noise is coloured, look at every mode a second way, and say in [`Warning`]s what a reader must know. The
-//! result, [`IdentifiedModes`], serialises to the JSON of `stillbeam identify`. Methods based on the frequency
-//! response only start the fits: with damping below 1 % and sweeps shorter than the decay time they
-//! are limited by leakage, not by noise.
+//! [`recognise`] says what a record without an input is. All choose the number of modes themselves unless
+//! told, report standard errors that stay honest when the noise is coloured, look at every mode a second way
+//! where there is one, and say in [`Warning`]s what a reader must know. The result, [`IdentifiedModes`],
+//! serialises to the JSON of `stillbeam identify`. Methods based on the frequency response only start the
+//! fits: with damping below 1 % and sweeps shorter than the decay time they are limited by leakage, not by
+//! noise.
 //!
 //! ```
 //! use stillbeam_identify::{FreeDecayOptions, identify_free_decay};
@@ -25,6 +27,7 @@
 
 mod aliasing;
 mod amplitude;
+mod band_models;
 mod column;
 mod comparison;
 mod decay_model;
@@ -48,8 +51,10 @@ mod model_choice;
 mod modes_file;
 mod narrow_band;
 mod noise;
+mod output_only;
 pub mod poles;
 mod real_pole;
+mod record_kind;
 mod resolution;
 mod responses;
 mod result;
@@ -58,6 +63,7 @@ mod robust_covariance;
 mod second_opinions;
 mod separable;
 mod signal_checks;
+mod sound_part;
 mod spectra;
 mod step;
 pub mod tall;
@@ -67,6 +73,7 @@ mod tones;
 mod warning_merge;
 mod warnings;
 mod whitening;
+mod wild_samples;
 
 pub use amplitude::{AmplitudeChange, AmplitudePoint};
 pub use comparison::compare_recordings;
@@ -78,12 +85,14 @@ pub use levenberg_marquardt::StopReason;
 pub use linearity::{Linearity, LinearityVerdict};
 pub use log_decrement::damping_from_peaks;
 pub use modal_response::{InputKind, OutputQuantity};
-pub use modes_file::{BOX_STANDARD_ERRORS, FiledMode, ModesFile, ModesFileError, UnusableBox};
+pub use modes_file::{BOX_STANDARD_ERRORS, Doubt, FiledMode, ModesFile, ModesFileError, UnusableBox};
+pub use output_only::{OutputOnlyOptions, identify_output_only};
+pub use record_kind::{Recognised, RecordKind, SweepLine, possible_inputs, recognise};
 pub use resolution::resolution;
 pub use responses::{Frf, Response, Spectrum};
 pub use result::{
-    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel, RealPole,
-    RecordFit, Rejected, SCHEMA_VERSION, UncertaintyBox,
+    CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModeShape, ModelStep,
+    NoiseModel, RealPole, RecordFit, Rejected, SCHEMA_VERSION, ShapePart, UncertaintyBox,
 };
 pub use warning_merge::merged;
 pub use warnings::{FastPassage, Quantity, Warning, WarningKind};

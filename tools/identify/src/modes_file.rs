@@ -35,6 +35,18 @@ pub struct FiledMode {
     pub uncertainty_box: UncertaintyBox,
     /// Output per modal coordinate, where the experiment showed it.
     pub participation: Option<Estimate>,
+    /// What the identification warned of.
+    pub doubts: Vec<Doubt>,
+}
+
+/// A warning of the identification that bears on the use of one mode.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Doubt {
+    /// The sentence.
+    pub message: String,
+    /// Whether what is in the file is no mode to shape for: a line that does not decay, or a value at the
+    /// limit of the search.
+    pub is_no_mode: bool,
 }
 
 /// A box over which nothing can be designed.
@@ -134,6 +146,36 @@ struct File {
     #[serde(default)]
     schema_version: Option<u32>,
     modes: Vec<Entry>,
+    #[serde(default)]
+    warnings: Vec<FiledWarning>,
+}
+
+#[derive(Deserialize)]
+struct FiledWarning {
+    #[serde(default)]
+    kind: String,
+    #[serde(default)]
+    message: String,
+    #[serde(default)]
+    mode_hz: Option<f64>,
+}
+
+/// Kinds of warning after which there is no mode to shape for, and kinds that whoever shapes must hear again.
+const NO_MODE: [&str; 2] = ["forced_tone", "at_bound"];
+const HEARD_AGAIN: [&str; 4] =
+    ["weak_mode", "may_be_aliased", "outside_excited_band", "record_shorter_than_decay"];
+/// Share of its frequency within which a warning is about a mode: means of several recordings differ a little
+/// from each.
+const ABOUT: f64 = 1e-3;
+
+impl FiledWarning {
+    fn about(&self, mode: &FiledMode) -> Option<Doubt> {
+        let hz = mode.frequency_hz.value;
+        let is_about = self.mode_hz.is_some_and(|mode_hz| (mode_hz / hz - 1.0).abs() < ABOUT);
+        let is_no_mode = NO_MODE.contains(&self.kind.as_str());
+        (is_about && (is_no_mode || HEARD_AGAIN.contains(&self.kind.as_str())))
+            .then(|| Doubt { message: self.message.clone(), is_no_mode })
+    }
 }
 
 #[derive(Deserialize)]
@@ -176,7 +218,10 @@ impl ModesFile {
         let modes = (1..).zip(read.modes).map(|(number, entry)| {
             entry.checked().map_err(|problem| ModesFileError::Mode { file: named(), number, problem })
         });
-        let modes: Vec<FiledMode> = modes.collect::<Result<_, _>>()?;
+        let mut modes: Vec<FiledMode> = modes.collect::<Result<_, _>>()?;
+        for mode in &mut modes {
+            mode.doubts = read.warnings.iter().filter_map(|warning| warning.about(mode)).collect();
+        }
         if modes.is_empty() {
             return Err(ModesFileError::NoModes { file: named() });
         }
@@ -215,6 +260,7 @@ impl Entry {
             damping_ratio,
             uncertainty_box: area,
             participation: self.participation,
+            doubts: Vec::new(),
         })
     }
 }
@@ -250,6 +296,20 @@ mod tests {
         let area = UncertaintyBox::of(&wide.frequency_hz, &wide.damping_ratio);
         let wide = FiledMode { uncertainty_box: area, ..wide };
         assert!(matches!(wide.design_box(), Err(UnusableBox::TooWide { .. })));
+    }
+
+    #[test]
+    fn what_the_identification_doubts_stays_with_its_mode() {
+        let text = r#"{"warnings": [
+            {"message": "weak", "kind": "weak_mode", "mode_hz": 1.1, "amplitude": 1e-5, "damping_share": 0.4},
+            {"message": "a tone", "kind": "forced_tone", "mode_hz": 50.0, "duration_s": 3.0},
+            {"message": "a gap", "kind": "input_gap", "start_s": 1.0, "length_s": 0.1}],
+            "modes": [{"frequency_hz": {"value": 1.1, "stderr": 0.01}, "damping_ratio": {"value": 0.007, "stderr": 0.001}},
+            {"frequency_hz": {"value": 50.0, "stderr": 0.01}, "damping_ratio": {"value": 1e-6, "stderr": 1e-7}}]}"#;
+        let file = ModesFile::parse("modes.json", text.as_bytes()).unwrap();
+        let doubt = |message: &str, is_no_mode| vec![Doubt { message: message.to_owned(), is_no_mode }];
+        assert_eq!(file.modes[0].doubts, doubt("weak", false));
+        assert_eq!(file.modes[1].doubts, doubt("a tone", true));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::f64::consts::{PI, TAU};
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
 
+use crate::band_models::Values;
 use crate::column::Column;
 use crate::forced_model::{MAX_DAMPING, MIN_DAMPING};
 use crate::levenberg_marquardt::{Minimum, Parameter};
@@ -29,7 +30,7 @@ pub(crate) struct WholeSpectrum {
 /// The complex amplitude of what lies in a band, over time.
 pub(crate) struct NarrowBand {
     /// Frequency moved to zero, Hz.
-    centre_hz: f64,
+    pub(crate) centre_hz: f64,
     /// Times from the start of the record, s.
     pub(crate) time_s: Vec<f64>,
     /// Complex amplitude in the record's unit.
@@ -125,6 +126,38 @@ pub(crate) struct BandFit {
 }
 
 impl NarrowBand {
+    /// Adds a decaying oscillation of the record, a cos + b sin of its damped phase from the beginning on:
+    /// exactly, without what a band makes of an abrupt beginning.
+    pub(crate) fn with_oscillation(mut self, pole: Pole, [a, b]: [f64; 2]) -> Self {
+        let rate = pole.lambda() - Complex64::new(0.0, TAU * self.centre_hz);
+        for (z, t) in self.amplitude.iter_mut().zip(&self.time_s) {
+            *z += Complex64::new(a, -b) * (rate * t).exp();
+        }
+        self
+    }
+
+    /// The rate of a pole about the band's centre, 1/s.
+    pub(crate) fn rate_of(&self, pole: Pole) -> Complex64 {
+        pole.lambda() - Complex64::new(0.0, TAU * self.centre_hz)
+    }
+
+    /// Times and amplitudes of a stretch.
+    pub(crate) fn values(&self, range: std::ops::Range<usize>) -> Option<Values<'_>> {
+        let (time_s, amplitude) = (self.time_s.get(range.clone())?, self.amplitude.get(range)?);
+        Some(Values { time_s, amplitude })
+    }
+
+    /// The pole of a rate about the band's centre; `None` for one that does not oscillate or does not decay.
+    pub(crate) fn pole_of(&self, rate: Complex64) -> Option<Pole> {
+        let damped = TAU * self.centre_hz + rate.im;
+        let omega = damped.hypot(rate.re);
+        let pole = Pole {
+            frequency_hz: omega / TAU,
+            damping_ratio: (-rate.re / omega).clamp(MIN_DAMPING, MAX_DAMPING),
+        };
+        (damped > 0.0 && rate.re < 0.0).then_some(pole)
+    }
+
     /// Fits one decaying oscillation to the samples in `range`; `None` when it holds none.
     pub(crate) fn fit(&self, range: std::ops::Range<usize>) -> Option<BandFit> {
         let values = self.amplitude.get(range.clone())?;

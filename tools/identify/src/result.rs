@@ -8,6 +8,7 @@ use crate::levenberg_marquardt::StopReason;
 use crate::linearity::Linearity;
 use crate::modes_file::BOX_STANDARD_ERRORS;
 use crate::poles::{MethodMode, Survey};
+use crate::record_kind::RecordKind;
 use crate::responses::{Frf, Spectrum};
 use crate::warnings::{Quantity, Warning, WarningKind};
 
@@ -54,6 +55,8 @@ pub enum Method {
     OutputError,
     /// Sum of damped sinusoids fitted to the whole free decay.
     DampedSinusoids,
+    /// Covariance-driven subspace identification of outputs alone.
+    CovarianceSubspace,
 }
 
 /// A second opinion on a mode. The standard error of a classical method is its scatter together with the error that it
@@ -134,9 +137,11 @@ impl IdentifiedMode {
         self
     }
 
-    /// Gives the mode its course over amplitude, what follows from it, and the box.
-    pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>) -> Self {
-        self.amplitude_changes = crate::amplitude::changes(&points);
+    /// Gives the mode its course over amplitude, what changes there by more than `clear` standard errors (`None` where
+    /// nothing is known to change), and the box.
+    pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>, clear: Option<f64>) -> Self {
+        self.amplitude_changes =
+            clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();
         self.by_amplitude = points;
         let mut area = UncertaintyBox::of(&self.frequency_hz, &self.damping_ratio);
         for change in &self.amplitude_changes {
@@ -206,6 +211,26 @@ pub enum NoiseModel {
         #[serde(deserialize_with = "null_is_infinite")]
         apart: f64,
     },
+}
+
+/// A mode's share of one output.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShapePart {
+    /// The output column.
+    pub output: String,
+    /// Real part, relative to the largest part of the shape.
+    pub real: f64,
+    /// Imaginary part; near 0 where all outputs move in phase or against each other.
+    pub imag: f64,
+}
+
+/// How a mode looks at several outputs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ModeShape {
+    /// Frequency of the mode, Hz.
+    pub frequency_hz: f64,
+    /// One part per output, the largest of them 1.
+    pub parts: Vec<ShapePart>,
 }
 
 /// One step in the choice of the model.
@@ -320,6 +345,12 @@ pub struct IdentifiedModes {
     pub schema_version: u32,
     /// Name of the recording.
     pub recording: String,
+    /// What kind of record it is, where its input was not recorded; that of the input, where it was.
+    #[serde(default)]
+    pub kind: Option<RecordKind>,
+    /// Shapes of the modes, in their order, where several outputs were read together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub shapes: Vec<ModeShape>,
     /// Input column, if the record is a forced one.
     pub input: Option<String>,
     /// Output column.

@@ -6,10 +6,15 @@ use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, present, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
+use crate::modal_response::{Pole, free_response};
+use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy};
+use crate::result::Rejected;
 use crate::signal_checks::clipping;
+use crate::sound_part::SoundPart;
+use crate::tall::Orthonormal;
 use crate::time_stamps::stamp_warnings;
 use crate::tones::{Tone, find_tones};
-use crate::warnings::Warning;
+use crate::warnings::{Warning, WarningKind};
 
 /// A recording that is to be read as a free decay.
 pub(crate) struct Ringing<'r> {
@@ -17,6 +22,12 @@ pub(crate) struct Ringing<'r> {
     column: String,
     time_s: Vec<f64>,
     values: Vec<f64>,
+    /// What the record is: a free decay, or several knocks of which one is read.
+    pub(crate) kind: RecordKind,
+    /// The first row that can be believed.
+    first: usize,
+    /// Samples that are not fitted.
+    pub(crate) left_out: Vec<Rejected>,
     /// Driven lines anywhere in the recording.
     pub(crate) tones: Vec<Tone>,
     pub(crate) warnings: Vec<Warning>,
@@ -50,20 +61,134 @@ const KEPT_NOISE: f64 = 0.5;
 /// A quiet end is cut when it is longer than this share of what follows the peak.
 const LONG_QUIET: f64 = 0.5;
 
+/// Rows before a knock that already belong to it: filters of a recorder begin early.
+const BEFORE_KNOCK: usize = 4;
+/// Share of the decay within which what comes before it is its knock, which bounced.
+const BOUNCE: f64 = 0.1;
+/// Share of the longest time between two knocks that a decay must have to be the one that is read.
+const LONG_ENOUGH: f64 = 0.5;
+
 impl<'r> Ringing<'r> {
     pub(crate) fn new(recording: &'r Recording, options: &FreeDecayOptions) -> Result<Self, IdentifyError> {
-        let all = present(recording, &options.output)?;
+        let mut all = present(recording, &options.output)?;
         refuse_constant(recording, &options.output, &all.values)?;
         let mut warnings = clipping(&options.output, &all.values);
         warnings.extend(stamp_warnings(&recording.name, &all.time_s, &all.values));
-        Ok(Self {
-            tones: find_tones(&Uniform::new(&all.time_s, &all.values)),
+        if let Some(end_s) = options.end_s {
+            let rows = all.time_s.partition_point(|t| *t <= end_s);
+            all.time_s.truncate(rows);
+            all.values.truncate(rows);
+        }
+        let sound = SoundPart::new(recording, &options.output, all.time_s, all.values);
+        if sound.values.len() < MIN_ROWS {
+            return Err(too_short(recording, &options.output, sound.values.len()));
+        }
+        warnings.extend(sound.warnings.iter().cloned());
+        let mut ringing = Self {
+            tones: find_tones(&Uniform::new(&sound.time_s, &sound.values)),
             recording,
             column: options.output.clone(),
-            time_s: all.time_s,
-            values: all.values,
+            kind: RecordKind::FreeDecay,
+            first: options.start_s.is_none().then(|| sound.after_clipping()).flatten().unwrap_or(0),
+            left_out: sound.left_out,
+            time_s: sound.time_s,
+            values: sound.values,
             warnings,
-        })
+        };
+        ringing.recognise(options)?;
+        Ok(ringing)
+    }
+
+    /// Refuses what is no decay; of several knocks keeps the loudest one and its decay.
+    fn recognise(&mut self, options: &FreeDecayOptions) -> Result<(), IdentifyError> {
+        let from = options.start_s.map_or(0, |start_s| self.time_s.partition_point(|t| *t < start_s));
+        if self.time_s.len() - from.min(self.time_s.len()) < MIN_ROWS {
+            return Ok(());
+        }
+        let found = self.recognised(from);
+        match found.kind {
+            RecordKind::FreeDecay => {}
+            RecordKind::Pulse => {
+                self.kind = RecordKind::Pulse;
+                if options.start_s.is_none() && options.end_s.is_none() {
+                    self.keep_one_decay(&found.knocks_s);
+                }
+            }
+            // Too few periods to tell a tone from a mode that hardly decays: the fit says so.
+            RecordKind::Tone if self.tones.is_empty() => {}
+            // A drive with many lines is no multisine that somebody meant: its lines are named.
+            RecordKind::Tone | RecordKind::Multisine if !self.tones.is_empty() => {
+                return Err(IdentifyError::OnlyTones {
+                    recording: self.recording.name.clone(),
+                    column: self.column.clone(),
+                    tones: self
+                        .tones
+                        .iter()
+                        .map(|tone| (tone.frequency_hz.value, tone.reason.clone()))
+                        .collect(),
+                });
+            }
+            _ => {
+                return Err(IdentifyError::NoDecay {
+                    recording: self.recording.name.clone(),
+                    column: self.column.clone(),
+                    remedy: remedy(self.recording, &self.column, &found),
+                    found: Box::new(found),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The kind of the record from a row on; a decay beneath a hum is one.
+    fn recognised(&self, from: usize) -> Recognised {
+        let time_s = &self.time_s[from..];
+        let found = recognise_signal(time_s, &self.values[from..]);
+        if self.tones.is_empty() || matches!(found.kind, RecordKind::FreeDecay | RecordKind::Pulse) {
+            return found;
+        }
+        let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
+        let mut basis = Orthonormal::default();
+        for tone in &self.tones {
+            let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
+            free_response(pole, 0.0, &since).into_iter().for_each(|column| basis.push(column));
+        }
+        let mut left = self.values[from..].to_vec();
+        basis.remove_from(&mut left);
+        let without = recognise_signal(time_s, &left);
+        if without.kind == RecordKind::FreeDecay { without } else { found }
+    }
+
+    /// Cuts the record to the decay after one knock, and says so: of those that are followed for long, the
+    /// one that holds most. What lies between a knock and its bounce is loud, but it is the impact that rings
+    /// there, and part of the decay that follows.
+    fn keep_one_decay(&mut self, knocks_s: &[f64]) {
+        let rest = self.rest();
+        let row = |t: f64| self.time_s.partition_point(|stamp| *stamp < t);
+        let ends =
+            knocks_s.iter().skip(1).map(|t| row(*t).saturating_sub(BEFORE_KNOCK)).chain([self.time_s.len()]);
+        let windows: Vec<(usize, usize)> = knocks_s.iter().map(|t| row(*t)).zip(ends).collect();
+        let rows = |window: &(usize, usize)| window.1.saturating_sub(window.0);
+        let energy = |window: &(usize, usize)| -> f64 {
+            self.values[window.0.min(window.1)..window.1].iter().map(|y| (y - rest).powi(2)).sum()
+        };
+        let longest = windows.iter().map(rows).max().unwrap_or(0);
+        let long = (0..windows.len()).filter(|k| rows(&windows[*k]) as f64 >= LONG_ENOUGH * longest as f64);
+        let most = long.max_by(|a, b| energy(&windows[*a]).total_cmp(&energy(&windows[*b])));
+        let Some((mut from, to)) = most.map(|k| windows[k]) else { return };
+        // A bounce belongs to its knock.
+        let bounce = |window: &&(usize, usize)| (rows(window) as f64) < BOUNCE * (to - from.min(to)) as f64;
+        if let Some(knock) = windows[..most.unwrap_or(0)].iter().rev().take_while(bounce).last() {
+            from = knock.0;
+        }
+        if to < from + 4 * MIN_ROWS {
+            return;
+        }
+        self.first = from;
+        self.time_s.truncate(to);
+        self.values.truncate(to);
+        let window_s = [self.time_s[from], self.time_s[to - 1]];
+        self.warnings.push(WarningKind::SeveralKnocks { knocks_s: knocks_s.to_vec(), window_s }.into());
     }
 
     /// Rows from which the decay may be read: where it was said to begin, or the largest deflection and then ever
@@ -74,7 +199,7 @@ impl<'r> Ringing<'r> {
         }
         let rest = self.rest();
         let away: Vec<f64> = self.values.iter().map(|value| (value - rest).abs()).collect();
-        let first = (0..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        let first = (self.first..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
         let end = self.end_of_decay(first);
         let later = STARTS.iter().filter_map(|share| {
             let last = (first..end).rev().find(|&k| away[k] >= share * away[first])?;
@@ -132,13 +257,17 @@ impl<'r> Ringing<'r> {
 
     /// The error of a decay with too few samples.
     pub(crate) fn too_short(&self, found: usize) -> IdentifyError {
-        IdentifyError::TooFewSamples {
-            recording: self.recording.name.clone(),
-            column: self.column.clone(),
-            found,
-            required: MIN_ROWS,
-            context: " from the start of the decay on",
-        }
+        too_short(self.recording, &self.column, found)
+    }
+}
+
+fn too_short(recording: &Recording, column: &str, found: usize) -> IdentifyError {
+    IdentifyError::TooFewSamples {
+        recording: recording.name.clone(),
+        column: column.to_owned(),
+        found,
+        required: MIN_ROWS,
+        context: " from the start of the decay on",
     }
 }
 

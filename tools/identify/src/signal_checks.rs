@@ -15,6 +15,25 @@ const REST: f64 = 0.02;
 /// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse a base
 /// rests at its extreme: that is no clipping.
 pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
+    let sides = clipped_sides(samples).into_iter();
+    sides
+        .map(|(level, runs)| {
+            let samples = runs.iter().map(Range::len).sum();
+            WarningKind::Clipping { column: column.to_owned(), level, samples }.into()
+        })
+        .collect()
+}
+
+/// Rows at which a signal is cut off, from the first to the last.
+pub(crate) fn clipped_rows(samples: &[f64]) -> Vec<usize> {
+    let mut rows: Vec<usize> =
+        clipped_sides(samples).into_iter().flat_map(|(_, runs)| runs.into_iter().flatten()).collect();
+    rows.sort_unstable();
+    rows
+}
+
+/// The levels at which a signal is cut off, and where.
+fn clipped_sides(samples: &[f64]) -> Vec<(f64, Vec<Range<usize>>)> {
     let step = |k: usize| match (k.checked_sub(1).and_then(|before| samples.get(before)), samples.get(k)) {
         (Some(before), Some(after)) => Some((after - before).abs()),
         _ => None,
@@ -26,7 +45,7 @@ pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
         let at_an_end = run.start == 0 || run.end == samples.len();
         slow && (at_an_end || run.len() as f64 >= REST * samples.len() as f64)
     };
-    let mut warnings = Vec::new();
+    let mut sides = Vec::new();
     for sign in [1.0, -1.0] {
         let level = samples.iter().fold(f64::NEG_INFINITY, |top, value| top.max(sign * value));
         let others = samples.iter().map(|value| sign * value).filter(|value| *value != level);
@@ -37,13 +56,10 @@ pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
         let count: usize = stays.iter().map(Range::len).sum();
         let longest = stays.iter().map(Range::len).max().unwrap_or(0);
         if longest >= 3 && count >= 5 && count > 4 * beside && count < samples.len() {
-            warnings.push(
-                WarningKind::Clipping { column: column.to_owned(), level: sign * level, samples: count }
-                    .into(),
-            );
+            sides.push((sign * level, stays));
         }
     }
-    warnings
+    sides
 }
 
 /// Where a signal stays at a value.

@@ -108,6 +108,9 @@ fn held(whole: &WholeSpectrum, frequency_hz: f64, bin_hz: f64) -> Option<Held> {
         false => fall_of(&size[inner]),
     };
     let abrupt = ends_abruptly(&size, (start, end), width);
+    if is_beat(whole, frequency_hz) {
+        return None;
+    }
     (steady || abrupt).then(|| Held {
         frequency_hz: if steady {
             found.frequency_hz
@@ -120,6 +123,33 @@ fn held(whole: &WholeSpectrum, frequency_hz: f64, bin_hz: f64) -> Option<Held> {
         steady,
         abrupt,
     })
+}
+
+/// Half of the band in which a beat is looked for, as a share of its frequency.
+const BEAT_BAND: f64 = 0.1;
+/// Share of the energy from the loudest moment on that the two modes of a beat explain, and that comes before
+/// it at most.
+const BEAT: (f64, f64) = (0.9, 0.2);
+
+/// Whether two close modes that both decay explain a line: they beat, and a beat ends at once as a drive
+/// does.
+fn is_beat(whole: &WholeSpectrum, frequency_hz: f64) -> bool {
+    let band = whole.narrow_band(frequency_hz, BEAT_BAND * frequency_hz, 1);
+    let size = |k: &usize| band.amplitude[*k].norm_sqr();
+    let Some(loudest) = (0..band.amplitude.len()).max_by(|a, b| size(a).total_cmp(&size(b))) else {
+        return false;
+    };
+    let before: f64 = (0..loudest).map(|k| size(&k)).sum();
+    let Some(values) = band.values(loudest.max(1)..band.amplitude.len().saturating_sub(1)) else {
+        return false;
+    };
+    let energy = values.energy();
+    before < BEAT.1 * energy
+        && values.clear_pair().is_some_and(|pair| {
+            let length_s = values.time_s.last().unwrap_or(&0.0) - values.time_s.first().unwrap_or(&0.0);
+            let decays = pair.rates.iter().all(|rate| -rate.re * length_s > FALL);
+            decays && pair.sum_of_squares < (1.0 - BEAT.0) * energy
+        })
 }
 
 /// Root of the mean square over `width` samples around each.

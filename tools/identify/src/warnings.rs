@@ -113,6 +113,36 @@ pub enum WarningKind {
         /// Samples at that value.
         samples: usize,
     },
+    /// Single samples far outside all around them: set aside.
+    WildSamples {
+        /// The column.
+        column: String,
+        /// Time (s) and value (the column's unit) of each.
+        samples: Vec<[f64; 2]>,
+    },
+    /// A column stands still from here to the end although the structure was still moving.
+    NothingChanges {
+        /// The column.
+        column: String,
+        /// From when on, s.
+        at_s: f64,
+        /// The value it stays at, in the column's unit.
+        level: f64,
+    },
+    /// Two columns hold the same samples.
+    DoubledColumn {
+        /// The column that was fitted.
+        column: String,
+        /// The other one.
+        other: String,
+    },
+    /// The structure was knocked several times; one decay was fitted.
+    SeveralKnocks {
+        /// When, s.
+        knocks_s: Vec<f64>,
+        /// The decay that was fitted, s.
+        window_s: [f64; 2],
+    },
     /// A line of the spectrum that does not decay.
     ForcedTone {
         /// Its frequency, Hz.
@@ -297,6 +327,34 @@ impl WarningKind {
             ),
             Self::Clipping { column, level, samples } => format!(
                 "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping"
+            ),
+            Self::WildSamples { column, samples } => {
+                let named: Vec<String> =
+                    samples.iter().take(3).map(|[t, value]| format!("{value} at {t:.4} s")).collect();
+                format!(
+                    "column `{column}`: {} far outside all around {} set aside: {}{}",
+                    if samples.len() == 1 {
+                        "one sample".to_owned()
+                    } else {
+                        format!("{} samples", samples.len())
+                    },
+                    if samples.len() == 1 { "it was" } else { "them were" },
+                    named.join(", "),
+                    if samples.len() > named.len() { ", ..." } else { "" }
+                )
+            }
+            Self::NothingChanges { column, at_s, level } => format!(
+                "column `{column}`: nothing changes after {at_s:.3} s (it stays at {level}): the sensor or its cable failed there; what came before was fitted (`--end {at_s:.3}` says so)"
+            ),
+            Self::DoubledColumn { column, other } => format!(
+                "the columns `{column}` and `{other}` hold the same samples: one sensor was recorded twice; check the channels"
+            ),
+            Self::SeveralKnocks { knocks_s, window_s } => format!(
+                "the structure was knocked {} times (at {} s); the decay from {:.3} s to {:.3} s was fitted; `--start` and `--end` choose another",
+                knocks_s.len(),
+                knocks_s.iter().map(|t| format!("{t:.3}")).collect::<Vec<_>>().join(", "),
+                window_s[0],
+                window_s[1]
             ),
             Self::ForcedTone { mode_hz, duration_s } => format!(
                 "the line at {mode_hz:.4} Hz does not decay within {duration_s:.2} s: it looks like a forced tone (mains hum, a motor), not a mode"

@@ -86,6 +86,7 @@ impl ApplyArgs {
         }
         let kind = self.kind.as_deref().map(parse_type).transpose()?;
         let chosen = ChosenModes::read(&self.modes, &self.chosen)?;
+        chosen.remarks().iter().for_each(|remark| streams.say(remark));
         let floor = self.floor.spread()?;
         let boxes: Vec<ModeBox> =
             chosen.filed.iter().map(|mode| measured_box(mode, floor)).collect::<Result<_, _>>()?;

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use stillbeam_identify::{
-    ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputQuantity,
-    identify_forced, identify_forced_together, identify_free_decay,
+    ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputOnlyOptions,
+    OutputQuantity, RecordKind, identify_forced, identify_forced_together, identify_free_decay,
+    identify_output_only, recognise,
 };
 use stillbeam_plant::{BASE_POSITION, SETPOINT};
 use stillbeam_recording::Recording;
@@ -21,9 +22,11 @@ use crate::streams::{Streams, json_on_stdout};
 
 /// Natural frequencies and damping ratios, with standard errors, from recordings.
 ///
-/// With --input the record is a forced one (a sweep, say) and the input may be a base position (unit m), a base
-/// acceleration (m_s2) or a force (N). Without it the record is a free decay. Several forced recordings are also fitted
-/// together: same modes, each with its own initial state and offset.
+/// With --input the record is a forced one (a sweep, say) and the input may be a base position (unit m), a
+/// base acceleration (m_s2) or a force (N). Without it the record says itself what it is: a free decay is
+/// fitted, of several knocks one decay, of a random record (ambient noise, traffic, wind) the outputs alone
+/// are read, and a sweep, a multisine or a tone is refused with what it needs. Several forced recordings are
+/// also fitted together: same modes, each with its own initial state and offset.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -33,10 +36,11 @@ pub struct IdentifyArgs {
     /// Recordings of the same structure
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// The column that drives the structure; without it, a free decay
+    /// The column that drives the structure; without it, the record itself says what it is
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The column that responds; by default the tip's, or the only one there is
+    /// The column that responds; by default the tip's, or the only one there is. Of a random record several,
+    /// with commas between, which give shapes
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     #[command(flatten)]
@@ -56,6 +60,9 @@ pub struct IdentifyArgs {
     /// Where the free decay begins, s; by default at the largest deflection
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     start: Option<f64>,
+    /// Where the free decay ends, s; by default where it has long sunk into the noise
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    end: Option<f64>,
     /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those that
     /// explain most of it
     #[arg(long, value_name = "N")]
@@ -162,21 +169,56 @@ impl IdentifyArgs {
         })
     }
 
+    /// All outputs that were asked for, the first of them for the amplitudes.
+    fn output_only_options(
+        &self,
+        recording: &Recording,
+        first: String,
+    ) -> Result<OutputOnlyOptions, CliError> {
+        let outputs = match &self.output {
+            Some(asked) => asked.split(',').map(|name| name.trim().to_owned()).collect(),
+            None => vec![first],
+        };
+        for output in &outputs {
+            recording.column(output)?;
+        }
+        Ok(OutputOnlyOptions { outputs, modes: self.modes })
+    }
+
     fn identify(
         &self,
         recording: &Recording,
         input: Option<&str>,
         streams: &mut Streams<'_>,
     ) -> Result<IdentifiedModes, CliError> {
-        let output = output_column(recording, input, self.output.as_deref())?;
+        let asked = self.output.as_deref().map(|asked| asked.split(',').next().unwrap_or(asked));
+        let output = output_column(recording, input, asked)?;
         let chosen = if self.output.is_none() { " (chosen; --output names another)" } else { "" };
-        let kind = input.map_or_else(|| "free decay".to_owned(), |input| format!("input {input}"));
+        let recognised = match input {
+            Some(_) => None,
+            None => Some(recognise(recording, &output)?),
+        };
+        let kind = match (&recognised, input) {
+            (Some(recognised), _) => recognised.kind.words().to_owned(),
+            (None, input) => format!("input {}", input.unwrap_or_default()),
+        };
         streams.say(&format!("{}: {kind}, output {output}{chosen}", recording.name));
         let identified = match input {
             Some(input) => identify_forced(recording, &self.forced_options(input, recording)?)?,
+            None if recognised.is_some_and(|one| one.kind == RecordKind::Random) && self.start.is_none() => {
+                streams.say(
+                    "It is random, so that outputs alone are read: modes from their covariances, which nothing but the structure shapes if the excitation has no lines of its own.",
+                );
+                identify_output_only(recording, &self.output_only_options(recording, output)?)?
+            }
             None => identify_free_decay(
                 recording,
-                &FreeDecayOptions { modes: self.modes, start_s: self.start, ..FreeDecayOptions::new(output) },
+                &FreeDecayOptions {
+                    modes: self.modes,
+                    start_s: self.start,
+                    end_s: self.end,
+                    ..FreeDecayOptions::new(output)
+                },
             )?,
         };
         Ok(identified)

@@ -85,6 +85,7 @@ impl PlanArgs {
             [out.as_deref(), self.json.as_deref(), self.report.as_deref()],
         )?;
         let task = self.modes.task(StageType::Textbook(ShaperType::Zvd))?;
+        task.remarks.iter().for_each(|remark| streams.say(remark));
         let request = MoveRequest {
             distance_m: self.distance.metres(),
             bounds: self.bounds()?,

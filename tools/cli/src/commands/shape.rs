@@ -77,6 +77,7 @@ impl ShapeArgs {
         let inputs = inputs.iter().map(PathBuf::as_path);
         keep_apart(inputs, [self.json.as_deref(), self.report.as_deref()])?;
         let task = self.modes.task(kind)?;
+        task.remarks.iter().for_each(|remark| streams.say(remark));
         let rate_hz = board_rate_hz(self.rate, streams);
         let design = if self.optimal {
             self.solve(&task, rate_hz, streams)?

@@ -1,5 +1,6 @@
 //! Which column is the output when nobody said.
 
+use stillbeam_identify::possible_inputs;
 use stillbeam_plant::{TIP_DEFLECTION, TIP_POSITION};
 use stillbeam_recording::Recording;
 
@@ -30,6 +31,10 @@ pub fn output_column(
             return Ok(tip.to_owned());
         }
     }
+    // Without an input, what drives the structure is in the way: a setpoint is no response.
+    let drives = if input.is_none() { possible_inputs(recording, "") } else { Vec::new() };
+    let responds: Vec<&str> = candidates.iter().copied().filter(|name| !drives.contains(name)).collect();
+    let candidates = if responds.is_empty() { candidates } else { responds };
     match candidates.as_slice() {
         [only] => Ok((*only).to_owned()),
         [] => Err(CliError::Usage(format!(

@@ -29,14 +29,39 @@ impl ChosenModes {
             )));
         }
         if numbers.is_empty() {
-            return Ok(Self { filed: file.modes });
+            return Self { filed: file.modes }.without_doubtful(path);
         }
         let choose = |number: &usize| {
             number.checked_sub(1).and_then(|index| file.modes.get(index)).cloned().ok_or_else(|| {
                 CliError::Usage(format!("--use {number}: the file has the modes 1 to {count}"))
             })
         };
-        Ok(Self { filed: numbers.iter().map(choose).collect::<Result<_, _>>()? })
+        Self { filed: numbers.iter().map(choose).collect::<Result<_, _>>()? }.without_doubtful(path)
+    }
+
+    /// Refuses what the identification itself calls no mode.
+    fn without_doubtful(self, path: &Path) -> Result<Self, CliError> {
+        let doubted = self.filed.iter().find_map(|mode| {
+            let doubt = mode.doubts.iter().find(|doubt| doubt.is_no_mode)?;
+            Some((mode.frequency_hz.value, doubt))
+        });
+        match doubted {
+            Some((frequency_hz, doubt)) => Err(CliError::Usage(format!(
+                "{}: the line at {frequency_hz:.4} Hz is no mode to shape for: {}; choose others with --use, or record again",
+                path.display(),
+                doubt.message
+            ))),
+            None => Ok(self),
+        }
+    }
+
+    /// What else the identification warned of, one sentence each.
+    pub fn remarks(&self) -> Vec<String> {
+        self.filed
+            .iter()
+            .flat_map(|mode| &mode.doubts)
+            .map(|doubt| format!("warning: {}", doubt.message))
+            .collect()
     }
 
     /// The modes as a shaper of type `kind` for each takes them.

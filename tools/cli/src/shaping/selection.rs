@@ -46,6 +46,8 @@ pub struct Task {
     pub boxes: Vec<ModeBox>,
     /// The boxes in words.
     pub described: String,
+    /// What the file of the modes warns of.
+    pub remarks: Vec<String>,
 }
 
 impl ModeSelection {
@@ -86,7 +88,8 @@ impl ModeSelection {
         let same_file = chosen.as_ref().filter(|_| file == box_file);
         let floor = self.floor.spread()?;
         let boxes = mode_boxes(&plans, &uncertainty, floor, same_file)?;
-        Ok(Task { plans, boxes, described: uncertainty.describe(floor) })
+        let remarks = chosen.as_ref().map(ChosenModes::remarks).unwrap_or_default();
+        Ok(Task { plans, boxes, described: uncertainty.describe(floor), remarks })
     }
 }
 

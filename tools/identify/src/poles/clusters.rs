@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::ContinuousPole;
 use super::stabilisation::{ChartPole, PoleVerdict, Tolerances};
 
 /// A mode picked from a chart.
@@ -18,6 +19,13 @@ pub struct Pick {
     pub damping_spread: f64,
     /// Orders at which it is stable.
     pub orders: usize,
+}
+
+impl Pick {
+    /// The pole in the middle.
+    pub(crate) fn pole(&self) -> ContinuousPole {
+        ContinuousPole { frequency_hz: self.frequency_hz, damping_ratio: self.damping_ratio }
+    }
 }
 
 /// A group of stable poles that was not picked.

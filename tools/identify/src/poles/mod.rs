@@ -6,6 +6,7 @@
 //! | least-squares complex exponential | impulse response or free decay | noise damps it: the equations are not weighted by the noise |
 //! | least-squares complex frequency (pLSCF of one input) | frequency response | leakage: without noise it misses the damping of a record shorter than the decay by tens of percent |
 //! | local rational | spectra of the whole record | noise on narrow resonances; a second mode within the window |
+//! | covariance-driven subspace | outputs under excitation without a pattern | a line of the excitation is a mode to it |
 //! | eigensystem realisation | free decay | noise damps weak modes; amplitude dependence |
 //!
 //! [`survey_forced`] and [`survey_decay`] run all that apply and return poles of one type.
@@ -25,10 +26,11 @@ pub use exponential::complex_exponential;
 pub use frequency_domain::complex_frequency;
 pub use local::local_rational_poles;
 pub use peak_picking::peak_picking;
+pub(crate) use polynomial::eigenvalues;
 pub use realisation::eigensystem_realisation;
 pub use stabilisation::{ChartPole, OrderPoles, PoleVerdict, StabilisationChart, Tolerances};
-pub(crate) use survey::survey_decay_again;
 pub use survey::{Survey, survey_decay, survey_decay_bands, survey_decay_of, survey_forced};
+pub(crate) use survey::{decimated, survey_decay_again};
 
 use std::f64::consts::TAU;
 
@@ -51,6 +53,8 @@ pub enum PoleMethod {
     LocalRational,
     /// Eigensystem realisation algorithm (ERA).
     EigensystemRealisation,
+    /// Covariance-driven stochastic subspace identification (SSI-COV), outputs alone.
+    CovarianceSubspace,
 }
 
 impl PoleMethod {
@@ -63,6 +67,7 @@ impl PoleMethod {
             Self::ComplexFrequencyLocal => "complex_frequency_local",
             Self::LocalRational => "local_rational",
             Self::EigensystemRealisation => "eigensystem_realisation",
+            Self::CovarianceSubspace => "covariance_subspace",
         }
     }
 
@@ -75,6 +80,7 @@ impl PoleMethod {
             Self::ComplexFrequencyLocal => "least-squares complex frequency, local rational response",
             Self::LocalRational => "local rational pole",
             Self::EigensystemRealisation => "eigensystem realisation",
+            Self::CovarianceSubspace => "covariance-driven subspace",
         }
     }
 }

@@ -18,7 +18,7 @@ pub(super) fn roots(coefficients: &[f64]) -> Vec<Complex64> {
 }
 
 /// Eigenvalues of a real matrix. Empty when they cannot be found.
-pub(super) fn eigenvalues(matrix: DMatrix<f64>) -> Vec<Complex64> {
+pub(crate) fn eigenvalues(matrix: DMatrix<f64>) -> Vec<Complex64> {
     if matrix.is_empty() || matrix.iter().any(|value| !value.is_finite()) {
         return Vec::new();
     }

@@ -263,14 +263,25 @@ fn impulse_response(frf: &FrfEstimate) -> (Vec<f64>, f64) {
 
 /// The decay without its mean, at a rate that its highest frequency needs, and the interval.
 fn resampled(decay: &[f64], interval_s: f64, highest_hz: f64) -> (Vec<f64>, f64) {
-    let mean = decay.iter().sum::<f64>() / decay.len().max(1) as f64;
-    let centred = || decay.iter().map(|value| value - mean);
-    let factor = 1.0 / (interval_s * SAMPLES_PER_PERIOD * highest_hz);
-    if decay.len() < SHORTEST || !(factor >= 1.5 && factor.is_finite()) {
+    let (mut slow, step_s) = decimated(decay, interval_s, SAMPLES_PER_PERIOD * highest_hz);
+    if slow.len() < decay.len() {
+        // The abrupt beginning disturbs the first few samples.
+        slow.drain(..slow.len().min(8));
+    }
+    (slow, step_s)
+}
+
+/// A signal without its mean at about a lower rate (Hz), and its interval; as it is where it is short or
+/// hardly faster.
+pub(crate) fn decimated(signal: &[f64], interval_s: f64, rate_hz: f64) -> (Vec<f64>, f64) {
+    let mean = signal.iter().sum::<f64>() / signal.len().max(1) as f64;
+    let centred = || signal.iter().map(|value| value - mean);
+    let factor = 1.0 / (interval_s * rate_hz);
+    if signal.len() < SHORTEST || !(factor >= 1.5 && factor.is_finite()) {
         return (centred().collect(), interval_s);
     }
     // Low-pass and decimation in one: the spectrum, padded so that the end does not wrap, cut off and turned back.
-    let length = (decay.len() + decay.len() / 4).next_power_of_two();
+    let length = (signal.len() + signal.len() / 4).next_power_of_two();
     let mut bins: Vec<Complex64> = centred().map(Complex64::from).collect();
     bins.resize(length, Complex64::new(0.0, 0.0));
     FftPlanner::new().plan_fft_forward(length).process(&mut bins);
@@ -287,8 +298,6 @@ fn resampled(decay: &[f64], interval_s: f64, highest_hz: f64) -> (Vec<f64>, f64)
     }
     FftPlanner::new().plan_fft_inverse(kept).process(&mut band);
     let step_s = length as f64 * interval_s / kept as f64;
-    let count = (decay.len() as f64 * interval_s / step_s) as usize;
-    // The abrupt beginning disturbs the first few samples.
-    let inner = band.iter().map(|value| value.re).take(count).skip(8);
-    (inner.collect(), step_s)
+    let count = (signal.len() as f64 * interval_s / step_s) as usize;
+    (band.iter().map(|value| value.re).take(count).collect(), step_s)
 }

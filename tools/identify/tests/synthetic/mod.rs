@@ -3,7 +3,9 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 pub mod bound;
+pub mod decays;
 pub mod free_base;
+pub mod kinds;
 
 use std::f64::consts::TAU;
 
@@ -61,6 +63,11 @@ impl Sweep {
 pub struct Noise(pub u64);
 
 impl Noise {
+    /// An even number from 0 to below 1.
+    pub fn even(&mut self) -> f64 {
+        self.uniform()
+    }
+
     fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

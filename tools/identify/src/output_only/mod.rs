@@ -1,0 +1,281 @@
+//! Modes from what a structure does under noise, traffic or wind: output-only modal analysis.
+//!
+//! The covariances of the outputs are taken stretch by stretch. Their mean gives the poles by
+//! covariance-driven subspace identification; those that stay in place over the model orders are modes.
+//! Leaving one stretch out at a time (the jackknife) gives their standard errors, whatever the excitation
+//! was, as long as it was no line: what the record says twice in different stretches is known, what moves is
+//! not.
+
+mod report;
+mod subspace;
+
+use std::collections::BTreeMap;
+
+use rustfft::num_complex::Complex64;
+use stillbeam_recording::Recording;
+
+use crate::column::Column;
+use crate::decay_modes::Uniform;
+use crate::error::IdentifyError;
+use crate::forced_fit::check_modes;
+use crate::forced_record::present;
+use crate::poles::{
+    ContinuousPole, OrderPoles, PoleMethod, StabilisationChart, Survey, Tolerances, decimated,
+};
+use crate::result::{Estimate, IdentifiedModes, Rejected};
+use crate::spectra::{local_median, peaks, prominence};
+use crate::tall::Orthonormal;
+use crate::wild_samples::without_wild;
+use report::report;
+use subspace::{Covariances, OrderPole, Outputs, Subspace};
+
+/// Stretches of which one at a time is left out.
+const STRETCHES: usize = 20;
+/// Samples per period of the highest frequency of a band, and how far down a band reaches, as a ratio.
+const PER_PERIOD: f64 = 5.0;
+const BAND: f64 = 6.0;
+/// Bands at most.
+const BANDS: usize = 4;
+/// Model orders.
+const ORDERS: std::ops::RangeInclusive<usize> = 2..=32;
+/// Orders of a pick that are tried.
+const ORDERS_TRIED: usize = 8;
+/// Columns of a shortened record's range beyond the highest order: the last ones of an iteration are rough.
+const SPARE: usize = 8;
+/// Share of the power of the outputs that a mode makes at least.
+const SMALLEST: f64 = 2e-3;
+/// Standard error of a damping ratio, as a share of it, from which a pole is no mode.
+const UNKNOWN: f64 = 0.6;
+/// Share of the frequency within which a pole of a shortened record is the same one.
+const SAME: f64 = 0.05;
+/// A peak that a band is laid around stands above the median around it and above its valleys by these ratios.
+const STANDS: (f64, f64) = (4.0, 3.0);
+
+/// Choices of [`identify_output_only`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutputOnlyOptions {
+    /// Output columns, at least one; several give shapes. The first one's unit is that of the amplitudes.
+    pub outputs: Vec<String>,
+    /// How many modes, the most powerful ones; `None` takes all that stay in place.
+    pub modes: Option<usize>,
+}
+
+/// A mode before it is reported.
+struct Found {
+    /// Share of each output, to a common factor.
+    shape: Vec<Complex64>,
+    frequency_hz: Estimate,
+    damping_ratio: Estimate,
+    /// Its share of the first output's variance, and of all outputs' power.
+    variance: f64,
+    share: f64,
+}
+
+/// Identifies modes from outputs alone, under excitation without a pattern.
+///
+/// # Errors
+/// [`IdentifyError`] when a column cannot be used or no mode stays in place.
+pub fn identify_output_only(
+    recording: &Recording,
+    options: &OutputOnlyOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    check_modes(options.modes)?;
+    let uniform: Vec<Uniform> = options
+        .outputs
+        .iter()
+        .map(|column| {
+            present(recording, column).map(|all| Uniform::new(&all.time_s, &without_wild(&all.values)))
+        })
+        .collect::<Result<_, _>>()?;
+    let Some(first) = uniform.first() else {
+        return Err(IdentifyError::BadOption {
+            option: "outputs",
+            value: "none".to_owned(),
+            remedy: "name at least one output column",
+        });
+    };
+    let signals: Vec<Vec<f64>> = uniform.iter().map(Uniform::without_mean).collect();
+    let mut found: Vec<Found> = Vec::new();
+    let mut survey = Survey::default();
+    for highest_hz in band_tops_hz(&uniform) {
+        let (modes, chart) = of_band(&signals, first.interval_s, highest_hz);
+        survey.charts.extend(chart);
+        let fresh = modes.into_iter().filter(|mode| {
+            found.iter().all(|known| {
+                (known.frequency_hz.value - mode.frequency_hz.value).abs()
+                    > 4.0 * known.frequency_hz.stderr.hypot(mode.frequency_hz.stderr)
+            })
+        });
+        let fresh: Vec<Found> = fresh.collect();
+        found.extend(fresh);
+    }
+    let mut rejected = Vec::new();
+    if let Some(wanted) = options.modes {
+        found.sort_by(|a, b| b.share.total_cmp(&a.share));
+        rejected.extend(found.iter().skip(wanted).map(|mode| Rejected::Pole {
+            frequency_hz: mode.frequency_hz.value,
+            damping_ratio: Some(mode.damping_ratio.value),
+            reason: format!("weaker than the {wanted} modes that were asked for"),
+        }));
+        found.truncate(wanted);
+    }
+    found.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    let column = options.outputs[0].clone();
+    if found.is_empty() {
+        return Err(IdentifyError::NoPeaks { recording: recording.name.clone(), column });
+    }
+    Ok(report(recording, options, first, &found, (survey, rejected)))
+}
+
+/// Highest frequencies of the bands that hold the peaks of the spectra, from the highest band down, Hz.
+fn band_tops_hz(uniform: &[Uniform]) -> Vec<f64> {
+    let mut standing: Vec<f64> = Vec::new();
+    for one in uniform {
+        let (density, bin_hz) = (&one.spectrum.density, one.bin_hz());
+        let is_peak = |k: &usize| {
+            density[*k] > STANDS.0 * local_median(density, *k, (k / 3).max(24))
+                && prominence(density, *k) > STANDS.1
+        };
+        let largest = density.iter().skip(2).fold(0.0_f64, |top, v| top.max(*v));
+        let loud = peaks(density, 3).into_iter().filter(is_peak).filter(|k| density[*k] > 1e-5 * largest);
+        standing.extend(loud.map(|k| k as f64 * bin_hz));
+    }
+    standing.sort_by(|a, b| b.total_cmp(a));
+    let mut tops: Vec<f64> = Vec::new();
+    for hz in standing {
+        if tops.last().is_none_or(|top| hz < top / BAND) && tops.len() < BANDS {
+            tops.push(1.2 * hz);
+        }
+    }
+    tops
+}
+
+/// The modes of one band, and its chart.
+fn of_band(
+    signals: &[Vec<f64>],
+    interval_s: f64,
+    highest_hz: f64,
+) -> (Vec<Found>, Option<StabilisationChart>) {
+    let slow: Vec<(Vec<f64>, f64)> =
+        signals.iter().map(|signal| decimated(signal, interval_s, PER_PERIOD * highest_hz)).collect();
+    let outputs =
+        Outputs { interval_s: slow[0].1, samples: slow.into_iter().map(|(samples, _)| samples).collect() };
+    if outputs.samples[0].len() < 40 * STRETCHES / 2 {
+        return (Vec::new(), None);
+    }
+    let stretches = outputs.covariances(STRETCHES);
+    let all = Covariances::mean(&stretches, None);
+    let Some(whole) = Subspace::new(&all, outputs.interval_s) else { return (Vec::new(), None) };
+    let highest = (*ORDERS.end()).min(whole.size() / 2);
+    let orders: Vec<(usize, Vec<OrderPole>)> =
+        (*ORDERS.start()..=highest).step_by(2).map(|order| (order, whole.poles(order))).collect();
+    let charted: Vec<OrderPoles> = orders
+        .iter()
+        .map(|(order, poles)| OrderPoles { order: *order, poles: poles.iter().map(|one| one.pole).collect() })
+        .collect();
+    let band_hz = [highest_hz / (1.1 * BAND), 1.1 * highest_hz];
+    // Over orders the poles of a finite record scatter by their errors, which are larger than those of a
+    // decay.
+    let tolerances = Tolerances { damping: 0.15, ..Tolerances::default() };
+    let chart = StabilisationChart::new(PoleMethod::CovarianceSubspace, &charted, band_hz, tolerances);
+    let without: Vec<Subspace> = (0..STRETCHES)
+        .filter_map(|index| whole.near(&Covariances::mean(&stretches, Some(index)), highest + SPARE))
+        .collect();
+    let mut shortened = Shortened { without: &without, by_order: BTreeMap::new() };
+    let found = chart
+        .picks
+        .iter()
+        .filter_map(|pick| {
+            // The order whose pole is nearest the middle of the pick, of those that shortened records bear out.
+            let middle = pick.pole();
+            let mut places: Vec<(usize, &Vec<OrderPole>, OrderPole)> = orders
+                .iter()
+                .filter_map(|(order, poles)| Some((*order, poles, nearest(poles, &middle)?)))
+                .collect();
+            let away = |pole: &OrderPole| distance(&pole.pole, &middle);
+            places.sort_by(|a, b| away(&a.2).total_cmp(&away(&b.2)));
+            places.into_iter().take(ORDERS_TRIED).find_map(|(order, poles, pole)| {
+                let [frequency_hz, damping_ratio] = shortened.estimates(order, &pole.pole)?;
+                let [variance, share] = power_of(&pole, poles, &all);
+                let shape = whole.shape(order, &pole)?;
+                let is_mode = share > SMALLEST && damping_ratio.stderr < UNKNOWN * damping_ratio.value;
+                is_mode.then_some(Found { shape, frequency_hz, damping_ratio, variance, share })
+            })
+        })
+        .collect();
+    (found, Some(chart))
+}
+
+/// How far two poles are apart, as a share of their frequency.
+fn distance(a: &ContinuousPole, b: &ContinuousPole) -> f64 {
+    let apart = (a.frequency_hz / b.frequency_hz - 1.0).hypot(a.damping_ratio - b.damping_ratio);
+    if apart.is_finite() { apart } else { f64::INFINITY }
+}
+
+fn nearest(poles: &[OrderPole], to: &ContinuousPole) -> Option<OrderPole> {
+    let away = |one: &&OrderPole| distance(&one.pole, to);
+    poles.iter().min_by(|a, b| away(a).total_cmp(&away(b))).filter(|one| away(one) < SAME).copied()
+}
+
+/// The record with one stretch left out at a time.
+struct Shortened<'s> {
+    without: &'s [Subspace],
+    /// Poles of each, by order.
+    by_order: BTreeMap<usize, Vec<Vec<OrderPole>>>,
+}
+
+impl Shortened<'_> {
+    /// Frequency and damping with their standard errors by the jackknife; `None` for a pole that shortened records
+    /// lack.
+    fn estimates(&mut self, order: usize, pole: &ContinuousPole) -> Option<[Estimate; 2]> {
+        let all = self
+            .by_order
+            .entry(order)
+            .or_insert_with(|| self.without.iter().map(|one| one.poles(order)).collect());
+        let again: Vec<OrderPole> = all.iter().filter_map(|poles| nearest(poles, pole)).collect();
+        if again.len() + 2 < self.without.len() || again.len() < 4 {
+            return None;
+        }
+        let estimate = |pick: fn(&ContinuousPole) -> f64| {
+            let values: Vec<f64> = again.iter().map(|one| pick(&one.pole)).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let spread: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+            let stderr = ((values.len() - 1) as f64 / values.len() as f64 * spread).sqrt();
+            Estimate { value: pick(pole), stderr }
+        };
+        Some([estimate(|one| one.frequency_hz), estimate(|one| one.damping_ratio)])
+    }
+}
+
+/// What a mode makes of the first output's variance and of all outputs' power as a share: the covariances by
+/// lag as a sum of decays at the poles.
+fn power_of(own: &OrderPole, poles: &[OrderPole], all: &Covariances) -> [f64; 2] {
+    let lags = all.0.len();
+    let decay = |z: Complex64| -> [Column; 2] {
+        let values: Vec<Complex64> = (0..lags).map(|lag| z.powu(lag as u32)).collect();
+        [
+            values.iter().map(|v| v.re).collect::<Vec<_>>().into(),
+            values.iter().map(|v| v.im).collect::<Vec<_>>().into(),
+        ]
+    };
+    let mut basis = Orthonormal::default();
+    poles
+        .iter()
+        .filter(|one| one.z != own.z)
+        .flat_map(|one| decay(one.z))
+        .for_each(|column| basis.push(column));
+    let others = poles.iter().filter(|one| one.z != own.z).count();
+    decay(own.z).into_iter().for_each(|column| basis.push(column));
+    let at_zero = |output: usize| {
+        // White noise of a sensor is in lag 0 alone, which is why it does not count.
+        let mut by_lag: Vec<f64> = all.0.iter().map(|one| one[(output, output)]).collect();
+        let total = by_lag[0];
+        by_lag[0] = by_lag.get(1..3).map_or(total, |next| 2.0 * next[0] - next[1]).clamp(-total, total);
+        let components = basis.remove_from(&mut by_lag);
+        let coefficients = basis.coefficients(&components);
+        (coefficients.get(2 * others).copied().unwrap_or(0.0).clamp(0.0, total), total)
+    };
+    let outputs = all.0[0].nrows();
+    let (own, total) = (0..outputs).map(at_zero).fold((0.0, 0.0), |sum, one| (sum.0 + one.0, sum.1 + one.1));
+    [at_zero(0).0, if total > 0.0 { own / total } else { 0.0 }]
+}

@@ -326,7 +326,7 @@ impl WarningKind {
                 (early - late).abs() / stderr
             ),
             Self::Clipping { column, level, samples } => format!(
-                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping"
+                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping; record with a larger range, or begin behind it (`--start`)"
             ),
             Self::WildSamples { column, samples } => {
                 let named: Vec<String> =

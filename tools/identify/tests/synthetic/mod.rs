@@ -2,6 +2,7 @@
 //! analytic acceleration of the sweep by Runge-Kutta steps of a fifth of a millisecond or less.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+pub mod ambient;
 pub mod bound;
 pub mod decays;
 pub mod free_base;

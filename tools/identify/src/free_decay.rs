@@ -5,6 +5,7 @@ use stillbeam_recording::Recording;
 use crate::decay_model::{DecayModel, heavily_damped};
 use crate::decay_modes::{Part, Uniform};
 use crate::decay_report::report;
+use crate::decay_shapes::decay_shapes;
 use crate::decay_starts::starting_parts;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
@@ -23,6 +24,8 @@ use crate::whitening::{Whitener, even_runs};
 pub struct FreeDecayOptions {
     /// Output column: any quantity that rings.
     pub output: String,
+    /// Further output columns: they give the modes' shapes.
+    pub also: Vec<String>,
     /// How many modes; `None` takes all that stand well above the noise. Of more than that many the lowest are taken:
     /// they move the structure most, whatever quantity was recorded.
     pub modes: Option<usize>,
@@ -38,7 +41,14 @@ pub struct FreeDecayOptions {
 impl FreeDecayOptions {
     /// The usual choices for an output column.
     pub fn new(output: impl Into<String>) -> Self {
-        Self { output: output.into(), modes: None, start_s: None, end_s: None, cross_checks: true }
+        Self {
+            output: output.into(),
+            also: Vec::new(),
+            modes: None,
+            start_s: None,
+            end_s: None,
+            cross_checks: true,
+        }
     }
 
     /// The same with a number of modes.
@@ -189,8 +199,15 @@ fn identify_from(
                 &record.column,
                 parts.len(),
             )?;
-            let (found, more_by_bending) =
+            let shapes = decay_shapes(
+                ringing,
+                &record,
+                options,
+                (&refined.parameters[..2 * parts.len()], &refined.coefficients),
+            )?;
+            let (mut found, more_by_bending) =
                 report(ringing, &record, &minimum, &refined, (&parts, survey), &uniform, (options, rejected));
+            found.shapes = shapes;
             // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to read the
             // decay from elsewhere.
             let bent = (refined.residual_rms().powi(2) - more_by_bending).max(0.0).sqrt();

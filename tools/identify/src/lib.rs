@@ -33,6 +33,7 @@ mod comparison;
 mod decay_model;
 mod decay_modes;
 mod decay_report;
+mod decay_shapes;
 mod decay_starts;
 mod error;
 mod forced_fit;

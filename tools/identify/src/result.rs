@@ -1,5 +1,6 @@
 //! The identified modes, in the shape of `stillbeam identify --json`.
 
+use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::aliasing::Image;
@@ -231,6 +232,19 @@ pub struct ModeShape {
     pub frequency_hz: f64,
     /// One part per output, the largest of them 1.
     pub parts: Vec<ShapePart>,
+}
+
+impl ModeShape {
+    /// A shape from the complex shares of the outputs, of any common factor.
+    pub(crate) fn of(frequency_hz: f64, outputs: &[String], shares: &[Complex64]) -> Self {
+        let largest = shares.iter().copied().max_by(|a, b| a.norm().total_cmp(&b.norm()));
+        let largest = largest.filter(|part| part.norm() > 0.0).unwrap_or(Complex64::new(1.0, 0.0));
+        let parts = outputs.iter().zip(shares).map(|(output, share)| {
+            let part = share / largest;
+            ShapePart { output: output.clone(), real: part.re, imag: part.im }
+        });
+        Self { frequency_hz, parts: parts.collect() }
+    }
 }
 
 /// One step in the choice of the model.

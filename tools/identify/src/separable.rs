@@ -159,6 +159,11 @@ pub(crate) fn sum_of_squares_at<M: Separable>(model: &M, parameters: &[f64]) -> 
     Some(crate::tall::dot(&point.residuals, &point.residuals))
 }
 
+/// The linear coefficients at given parameters; `None` where the model cannot be evaluated.
+pub(crate) fn coefficients_at<M: Separable>(model: &M, parameters: &[f64]) -> Option<Vec<f64>> {
+    Some(Projection(model).at(parameters)?.coefficients)
+}
+
 /// Fits the model; `None` when it cannot be evaluated at the start.
 pub(crate) fn fit<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<Minimum<Projected>> {
     minimise(&Projection(model), parameters)

@@ -65,6 +65,44 @@ fn a_number_of_modes_that_was_asked_for_is_fitted() {
     }
 }
 
+#[test]
+fn several_outputs_of_a_decay_give_the_shapes_of_its_modes() {
+    for seed in 0..10 {
+        let mut noise = Noise(seed + 40);
+        let first_hz = 3.0 + 9.0 * noise.even();
+        let mode = |frequency_hz: f64| Mode { frequency_hz, damping_ratio: 0.01, participation: 1.0 };
+        let truth = [mode(first_hz), mode(1.03 * first_hz)];
+        // The shares of three outputs in either mode; the first output hears both.
+        let shares: [[f64; 2]; 3] = [[1.0, 0.8], [0.6, -0.9], [-1.4, 0.2]];
+        let mut outputs = shares.iter().map(|shares| {
+            let modes: Vec<Mode> = truth
+                .iter()
+                .zip(shares)
+                .map(|(mode, share)| Mode { participation: *share, ..*mode })
+                .collect();
+            let errors: Vec<f64> = (0..4000).map(|_| 0.005 * noise.normal()).collect();
+            ring_down(&modes, 200.0, 4000, 0.1, |k| errors[k])
+        });
+        let mut record = outputs.next().unwrap();
+        for (name, other) in ["second_m", "third_m"].into_iter().zip(outputs) {
+            record = record.with_column(name, other.columns[0].samples.clone());
+        }
+        let also = vec!["second_m".to_owned(), "third_m".to_owned()];
+        let found =
+            identify_free_decay(&record, &FreeDecayOptions { also, ..options("tip_deflection_m") }).unwrap();
+        assert!(is_right(&found, &truth), "{seed}: {:?} {truth:?}", found.modes);
+        for (mode, shape) in found.shapes.iter().enumerate() {
+            assert_eq!(shape.frequency_hz, found.modes[mode].frequency_hz.value);
+            for (part, share) in shape.parts.iter().zip(shares) {
+                let ratio = shape.parts[0].real / shares[0][mode];
+                let apart = (part.real / ratio - share[mode]).hypot(part.imag / ratio);
+                assert!(apart < 0.02, "{seed} {}: {apart}", part.output);
+            }
+        }
+        assert_eq!(found.shapes.len(), 2);
+    }
+}
+
 fn is_bent(record: &Recording) -> Option<bool> {
     let found = identify_free_decay(record, &options("tip_m")).ok()?;
     Some(found.linearity.verdict == LinearityVerdict::NotLinear)

@@ -39,8 +39,8 @@ pub struct IdentifyArgs {
     /// The column that drives the structure; without it, the record itself says what it is
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The column that responds; by default the tip's, or the only one there is. Of a random record several,
-    /// with commas between, which give shapes
+    /// The column that responds; by default the tip's, or the only one there is. Without an input several, with commas
+    /// between, which give shapes
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     #[command(flatten)]
@@ -169,6 +169,16 @@ impl IdentifyArgs {
         })
     }
 
+    /// The outputs that were asked for behind the first one.
+    fn further_outputs(&self, recording: &Recording) -> Result<Vec<String>, CliError> {
+        let asked = self.output.iter().flat_map(|asked| asked.split(',')).skip(1);
+        let further: Vec<String> = asked.map(|name| name.trim().to_owned()).collect();
+        for output in &further {
+            recording.column(output)?;
+        }
+        Ok(further)
+    }
+
     /// All outputs that were asked for, the first of them for the amplitudes.
     fn output_only_options(
         &self,
@@ -217,6 +227,7 @@ impl IdentifyArgs {
                     modes: self.modes,
                     start_s: self.start,
                     end_s: self.end,
+                    also: self.further_outputs(recording)?,
                     ..FreeDecayOptions::new(output)
                 },
             )?,

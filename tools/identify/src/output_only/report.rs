@@ -1,6 +1,5 @@
 //! The result of an output-only identification: modes with their errors, and their shapes.
 
-use rustfft::num_complex::Complex64;
 use stillbeam_recording::Recording;
 
 use super::{Found, OutputOnlyOptions};
@@ -13,7 +12,7 @@ use crate::poles::Survey;
 use crate::record_kind::RecordKind;
 use crate::result::{
     Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModeShape, NoiseModel, RecordFit, Rejected,
-    SCHEMA_VERSION, ShapePart, UncertaintyBox,
+    SCHEMA_VERSION, UncertaintyBox,
 };
 
 /// Turns the modes of a recording into its result.
@@ -35,7 +34,10 @@ pub(super) fn report(
     rejected.extend(left_out(recording, &options.outputs[0], ends));
     let shapes = match options.outputs.len() {
         0 | 1 => Vec::new(),
-        _ => found.iter().map(|mode| shape(&options.outputs, mode)).collect(),
+        _ => found
+            .iter()
+            .map(|mode| ModeShape::of(mode.frequency_hz.value, &options.outputs, &mode.shape))
+            .collect(),
     };
     let nyquist_hz = 0.5 / first.interval_s;
     let warnings = modes.iter().flat_map(|mode| mode.own_warnings(nyquist_hz, Image::Unknown)).collect();
@@ -88,20 +90,4 @@ fn identified(found: &Found) -> IdentifiedMode {
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::of(&found.frequency_hz, &found.damping_ratio),
     }
-}
-
-/// The shape, its largest part real and 1.
-fn shape(outputs: &[String], found: &Found) -> ModeShape {
-    let largest = found
-        .shape
-        .iter()
-        .copied()
-        .max_by(|a, b| a.norm().total_cmp(&b.norm()))
-        .filter(|part| part.norm() > 0.0)
-        .unwrap_or(Complex64::new(1.0, 0.0));
-    let parts = outputs.iter().zip(&found.shape).map(|(output, part)| {
-        let part = part / largest;
-        ShapePart { output: output.clone(), real: part.re, imag: part.im }
-    });
-    ModeShape { frequency_hz: found.frequency_hz.value, parts: parts.collect() }
 }

@@ -31,6 +31,8 @@ mod decay_model;
 mod decay_modes;
 mod decay_report;
 mod decay_starts;
+mod died_away;
+mod driven_lines;
 mod error;
 mod forced_fit;
 mod forced_model;
@@ -39,11 +41,14 @@ mod forced_report;
 mod forced_start;
 mod free_decay;
 pub mod frf;
+mod in_band;
+mod input_rest;
 pub mod interpolation;
 pub mod levenberg_marquardt;
 mod linearity;
 mod log_decrement;
 mod modal_response;
+mod mode_gates;
 mod model_choice;
 mod modes_file;
 mod narrow_band;
@@ -59,11 +64,13 @@ mod second_opinions;
 mod separable;
 mod signal_checks;
 mod spectra;
+mod spectral;
 mod step;
 pub mod tall;
 mod time_shifts;
 mod time_stamps;
 mod tones;
+mod unrecorded_sweep;
 mod warning_merge;
 mod warnings;
 mod whitening;
@@ -71,7 +78,9 @@ mod whitening;
 pub use amplitude::{AmplitudeChange, AmplitudePoint};
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
-pub use forced_fit::{ForcedOptions, MAX_MODES, identify_forced, identify_forced_together};
+pub use forced_fit::{
+    ForcedOptions, MAX_MODES, identify_forced, identify_forced_together, usual_max_delay_s,
+};
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
@@ -84,6 +93,10 @@ pub use responses::{Frf, Response, Spectrum};
 pub use result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModelStep, NoiseModel, RealPole,
     RecordFit, Rejected, SCHEMA_VERSION, UncertaintyBox,
+};
+pub use spectral::{SpectralOptions, identify_spectra};
+pub use unrecorded_sweep::{
+    FoundSweep, SWEEP_COLUMN, SweepPace, SweepPlan, SweepPlanError, SweepShape, find_sweep,
 };
 pub use warning_merge::merged;
 pub use warnings::{FastPassage, Quantity, Warning, WarningKind};

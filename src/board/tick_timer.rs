@@ -9,6 +9,7 @@
 //! the emulator and stands still there, which counts as "not known".
 
 use core::cell::UnsafeCell;
+use core::mem::MaybeUninit;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use core::task::{Context, Poll};
 
@@ -34,15 +35,8 @@ struct TickState {
     ticks_to_heartbeat: u32,
 }
 
-/// Told apart by one byte: without `repr` the tag would hide in the unused values of a field of 64 bits, which takes longer to
-/// read in every tick.
-#[repr(u8)]
-enum Slot {
-    Empty,
-    Running(TickState),
-}
-
-struct TickCell(UnsafeCell<Slot>);
+/// Filled by [`start`] before it unmasks the interrupt, so that no tick has to ask whether it is.
+struct TickCell(UnsafeCell<MaybeUninit<TickState>>);
 
 // SAFETY: the cell is only reached through `start`, before the interrupt is unmasked, and through the interrupt, after.
 // Neither can preempt the other, and an interrupt does not preempt itself.
@@ -54,7 +48,7 @@ struct SupervisorCell(UnsafeCell<Supervisor>);
 // SAFETY: only the doorbell's handler reaches it, and an interrupt does not preempt itself.
 unsafe impl Sync for SupervisorCell {}
 
-static STATE: TickCell = TickCell(UnsafeCell::new(Slot::Empty));
+static STATE: TickCell = TickCell(UnsafeCell::new(MaybeUninit::uninit()));
 static SUPERVISOR: SupervisorCell = SupervisorCell(UnsafeCell::new(Supervisor::new()));
 static TASK: AtomicWaker = AtomicWaker::new();
 /// A heartbeat is due: the console is to make a round.
@@ -77,7 +71,7 @@ pub fn start(controller: Controller<'static>, clocks_per_tick: u32) {
     STATUS.set(controller.status());
     let state = TickState { controller, counted: 0, late: false, ticks_to_heartbeat: 1 };
     // SAFETY: see `TickCell`: the interrupt is still masked.
-    unsafe { *STATE.0.get() = Slot::Running(state) };
+    unsafe { (*STATE.0.get()).write(state) };
     DOORBELL.set_priority(Priority::P13);
     interrupt::Interrupt::TIM2.set_priority(Priority::P1);
     // SAFETY: both handlers are defined below and what they use has been set up above.
@@ -187,10 +181,9 @@ impl TickState {
 #[interrupt]
 fn TIM2() {
     pac::TIM2.sr().write(|flags| flags.0 = !1);
-    // SAFETY: see `TickCell`: from `start` on only this interrupt reaches it.
-    if let Slot::Running(state) = unsafe { &mut *STATE.0.get() } {
-        state.run();
-    }
+    // SAFETY: see `TickCell`: only `start` unmasks this interrupt, when it has filled the cell, and from then on only the
+    // interrupt reaches it.
+    unsafe { (*STATE.0.get()).assume_init_mut() }.run();
 }
 
 #[interrupt]

@@ -9,6 +9,7 @@ use stillbeam_firmware::settings::{
 };
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::table::MAX_TABLE_TAPS;
+use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_firmware::shaper::{ShaperType, UploadedTable};
 use stillbeam_firmware::units::TickRate;
 use stillbeam_host_tests::flash::{MockFlash, SECTOR};
@@ -50,8 +51,18 @@ fn value_of(key: Key) -> BoxedStrategy<Value> {
 
 /// Settings with up to `changes` changed from `before`.
 fn changed(before: &Settings, changes: usize) -> impl Strategy<Value = Settings> + use<> {
+    changed_among(&Key::all().collect::<Vec<_>>(), before, changes)
+}
+
+/// The same of these keys alone. A page moves in a time that grows with the square of its records, and with every record there
+/// are more operations to cut: all keys in every history would take a hundred times as long and meet the same states.
+fn changed_among(
+    keys: &[Key],
+    before: &Settings,
+    changes: usize,
+) -> impl Strategy<Value = Settings> + use<> {
     let before = before.clone();
-    let keys: Vec<Key> = Key::all().collect();
+    let keys = keys.to_vec();
     let change = prop::sample::select(keys).prop_flat_map(|key| value_of(key).prop_map(move |v| (key, v)));
     prop::collection::vec(change, 0..=changes).prop_map(move |changes| {
         let mut settings = before.clone();
@@ -84,36 +95,63 @@ fn assert_old_or_new(found: &Settings, old: &Settings, new: &Settings, what: &st
     }
 }
 
+/// Every `n`th key, from the `first` on.
+fn every_nth_key(first: usize, n: usize) -> Vec<Key> {
+    Key::all().skip(first).step_by(n).collect()
+}
+
+/// Cuts the save that takes `flash` from `old` to `new` at every operation, or at every so many, and looks at what is left, after the
+/// next reset and after the next save. Returns the flash after the whole save, and how many cuts there were.
+fn cut_everywhere(
+    flash: &MockFlash,
+    (old, new): (&Settings, &Settings),
+    every: usize,
+    runner: &mut TestRunner,
+    what: &str,
+) -> (MockFlash, u64) {
+    let (whole, ..) = save(flash.clone(), new);
+    let mut cuts = 0;
+    for cut in (0..whole.operations() - flash.operations()).step_by(every) {
+        let what = format!("{what}, cut at operation {cut}");
+        let mut interrupted = flash.clone();
+        interrupted.cut_after(cut, u64::from(crc32(what.as_bytes())));
+        let mut store = SettingsStore::new(interrupted);
+        assert!(block_on(store.save(new, None)).is_err(), "{what}: reported as saved");
+        let mut interrupted = store.into_flash();
+        interrupted.restore_power();
+        let operations = interrupted.operations();
+        let (mut interrupted, stored) = load(interrupted);
+        assert_old_or_new(stored.settings(), old, new, &what);
+        assert_eq!(stored.skipped() + stored.unknown(), 0, "{what}");
+        // A load that wrote nothing reads the same again.
+        if interrupted.operations() != operations {
+            let again;
+            (interrupted, again) = load(interrupted);
+            assert_eq!(again, stored, "{what}: another reset changed the settings");
+        }
+        let next = draw(changed(new, 3), runner);
+        // What a save returns it has read back.
+        let (_, after, _) = save(interrupted, &next);
+        assert_eq!(after.settings(), &next, "{what}: the next save");
+        cuts += 1;
+    }
+    (whole, cuts)
+}
+
+/// Every history changes a third of the settings, all of them together change all.
 #[test]
 fn a_power_cut_at_any_operation_leaves_every_setting_old_or_new_and_the_store_in_use() {
-    let (mut cuts, mut erases, mut saves) = (0_u64, 0_u64, 0_u64);
-    for seed in 0..3 {
+    let (mut cuts, mut erases, mut saves) = (0, 0, 0);
+    for seed in 0..3_u8 {
+        let keys = every_nth_key(seed.into(), 3);
         let mut runner = runner(seed);
         let mut flash = MockFlash::new();
         let mut old = Settings::default();
-        for save_number in 0..150_u64 {
-            let new = draw(changed(&old, 6), &mut runner);
-            let (whole, ..) = save(flash.clone(), &new);
-            let operations = whole.operations() - flash.operations();
-            for cut in 0..operations {
-                let what = format!("seed {seed}, save {save_number}, cut at operation {cut}");
-                let mut interrupted = flash.clone();
-                interrupted.cut_after(cut, u64::from(seed) << 32 | save_number << 16 | cut);
-                let mut store = SettingsStore::new(interrupted);
-                assert!(block_on(store.save(&new, None)).is_err(), "{what}: reported as saved");
-                let mut interrupted = store.into_flash();
-                interrupted.restore_power();
-                let (interrupted, stored) = load(interrupted);
-                assert_old_or_new(stored.settings(), &old, &new, &what);
-                assert_eq!(stored.skipped() + stored.unknown(), 0, "{what}");
-                let (reread, again) = load(interrupted);
-                assert_eq!(again, stored, "{what}: another reset changed the settings");
-                let next = draw(changed(&new, 3), &mut runner);
-                let (accepted, after, _) = save(reread, &next);
-                assert_eq!(after.settings(), &next, "{what}: the next save");
-                assert_eq!(load(accepted).1.settings(), &next, "{what}: the next save, read back");
-            }
-            cuts += operations;
+        for save_number in 0..150 {
+            let new = draw(changed_among(&keys, &old, 6), &mut runner);
+            let what = format!("seed {seed}, save {save_number}");
+            let (whole, done) = cut_everywhere(&flash, (&old, &new), 1, &mut runner, &what);
+            cuts += done;
             saves += 1;
             flash = whole;
             old = new;
@@ -124,15 +162,34 @@ fn a_power_cut_at_any_operation_leaves_every_setting_old_or_new_and_the_store_in
     assert!(erases >= 20, "the history is too short to fill the pages: {erases} erases");
 }
 
+/// With a record of every setting, which nearly fill a page, a page moves with every few saves.
+#[test]
+fn a_power_cut_while_full_pages_move_leaves_every_setting_old_or_new() {
+    let (mut cuts, mut runner) = (0, runner(3));
+    let mut old = all_changed();
+    let (mut flash, ..) = save(MockFlash::new(), &old);
+    for save_number in 0..12 {
+        let new = draw(changed(&old, 6), &mut runner);
+        let what = format!("full pages, save {save_number}");
+        let (whole, done) = cut_everywhere(&flash, (&old, &new), 5, &mut runner, &what);
+        cuts += done;
+        flash = whole;
+        old = new;
+    }
+    println!("{cuts} cuts with {} erases", flash.erases());
+    assert!(flash.erases() >= 4, "the history is too short to fill the pages: {} erases", flash.erases());
+}
+
 /// The recovery from a cut is cut too: at every seventh operation, another seven for each operation of the first cut.
 #[test]
 fn power_cuts_during_the_recovery_leave_every_setting_old_or_new() {
     let (mut recoveries, mut cuts) = (0_u64, 0_u64);
     let mut runner = runner(9);
+    let keys = every_nth_key(0, 7);
     let mut flash = MockFlash::new();
     let mut old = Settings::default();
     for save_number in 0..100_u64 {
-        let new = draw(changed(&old, 6), &mut runner);
+        let new = draw(changed_among(&keys, &old, 6), &mut runner);
         let (whole, ..) = save(flash.clone(), &new);
         // Every save that moves a page, and some of the others.
         let interesting = whole.erases() > flash.erases() || save_number % 20 == 0;

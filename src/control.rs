@@ -15,7 +15,7 @@ mod supervision;
 
 use heapless::spsc::{Consumer, Producer};
 
-use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Outputs, Unusual};
+use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Outputs, Signals, Unusual};
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
@@ -109,6 +109,8 @@ pub struct TickOutput {
     pub steps_up: Option<bool>,
     /// Whether the drive may run, and the brake is open.
     pub drive: Outputs,
+    /// What others are told.
+    pub signals: Signals,
     /// Whether a telemetry sample was queued, so that somebody should be woken to send it.
     pub sample_queued: bool,
 }
@@ -326,6 +328,10 @@ impl<'m> Controller<'m> {
             step_period: train.map_or(0, |train| train.period),
             steps_up: train.map(|train| train.up),
             drive: self.outputs,
+            signals: Signals {
+                in_position: drive_enabled & (activity == Activity::Rest),
+                charge_pump: (self.tick & 1 != 0) & (activity != Activity::Fault),
+            },
             sample_queued,
         }
     }

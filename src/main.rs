@@ -18,14 +18,16 @@ mod image {
     use stillbeam_firmware::board::flash::SettingsSectors;
     use stillbeam_firmware::board::serial::LineErrors;
     use stillbeam_firmware::board::{
-        self, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
-        flash_accelerator, image, outputs, restart, serial, step_pulses, supply, tick_timer, watchdog,
+        self, brown_out, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
+        flash_accelerator, image, outputs, restart, self_test, serial, step_pulses, supply, tick_timer,
+        watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
+    use stillbeam_firmware::drive::State;
     use stillbeam_firmware::fault::Event;
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::restart::Restart;
-    use stillbeam_firmware::settings::{DriveSettings, SettingsStore};
+    use stillbeam_firmware::settings::{DriveSettings, Settings, SettingsStore};
     use stillbeam_firmware::telemetry::Sample;
     use stillbeam_firmware::telemetry::sender::Sender;
     use stillbeam_firmware::watchdog::Patience;
@@ -38,6 +40,7 @@ mod image {
         board: "stm32f405rg",
         build: 0,
         timer_clock_hz: TIMER_CLOCK_HZ,
+        brown_out: None,
     };
 
     #[cortex_m_rt::entry]
@@ -67,8 +70,8 @@ mod image {
         supply::watch();
         // Given away once, here.
         let history = core_coupled::take_history()?;
-        let mut parts =
-            MACHINE.take().split(IDENTITY.with_build(image::checksum()), [HISTORY.take(), history]);
+        let identity = IDENTITY.with(image::checksum(), brown_out::level());
+        let mut parts = MACHINE.take().split(identity, [HISTORY.take(), history]);
         serial::open(parts.asked);
         board::stillbeam_boot_complete();
         // Drive disabled and no tick yet: the time for whatever a power cut left to be done.
@@ -80,7 +83,7 @@ mod image {
         if restart.must_hold() {
             parts.controller.hold_after_crash();
         }
-        log_start(&restart);
+        log_start(&restart, parts.console.settings());
         parts.console.note_restart(restart);
         board::follow(parts.console.settings().drive(), parts.console.tick_rate());
         emergency_stop::set_at_once(parts.console.settings().safety().stops_at_once());
@@ -90,7 +93,7 @@ mod image {
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
         watchdog::start();
         // The one task there is finds its place free.
-        serve(parts.console, restored, store, parts.samples).ok()
+        serve(parts.console, restored, store, parts.samples, clock).ok()
     }
 
     /// Answers the console and sends samples, for ever.
@@ -100,11 +103,13 @@ mod image {
         restored: Result<(), CommandError<'static>>,
         mut store: SettingsStore<SettingsSectors>,
         mut samples: Consumer<'static, Sample>,
+        clock: clocks::Source,
     ) {
         let mut followed = Followed::by(&console);
         let mut text = String::<MAX_REPLY>::new();
         let mut line_errors = LineErrors::default();
         let mut sender = Sender::new();
+        let mut drive_state = State::default();
         console.greet(restored, &mut text);
         loop {
             let said = text.len();
@@ -112,6 +117,8 @@ mod image {
             log_faults(text.get(said..).unwrap_or_default());
             serial::send(text.as_bytes()).await;
             text.clear();
+            let drive = console.drive_state();
+            log_drive(core::mem::replace(&mut drive_state, drive), drive);
             tick_timer::console_made_round();
             tick_timer::heartbeat_or(|| samples.ready() || serial::has_received()).await;
             line_errors = note_line_errors(&mut console, line_errors);
@@ -150,6 +157,14 @@ mod image {
                 Some(Effect::ForgetCrash) => {
                     crash::forget();
                     console.crash_forgotten(&mut text);
+                }
+                Some(Effect::SelfTest) => {
+                    console.self_tested(self_test::run(clock), &mut text);
+                    board::follow(console.settings().drive(), console.tick_rate());
+                }
+                Some(Effect::SetBrownOut(level)) => {
+                    brown_out::set(level);
+                    console.brown_out_set(brown_out::level(), &mut text);
                 }
                 Some(Effect::Reboot(start)) => {
                     serial::send(text.as_bytes()).await;
@@ -202,22 +217,35 @@ mod image {
             } else if now.drive == self.drive {
                 return;
             }
+            log_settings(console.settings());
             board::follow(&now.drive, console.tick_rate());
             *self = now;
         }
     }
 
     #[cfg(feature = "defmt")]
-    fn log_start(restart: &Restart) {
+    fn log_start(restart: &Restart, settings: &Settings) {
         defmt::info!(
             "started after {=str}, crash on record: {=bool}",
             restart.cause.name(),
             restart.crash.is_some()
         );
+        defmt::info!("{}", settings);
     }
 
     #[cfg(not(feature = "defmt"))]
-    fn log_start(_restart: &Restart) {}
+    fn log_start(_restart: &Restart, _settings: &Settings) {}
+
+    /// The drive's state, where it is another than before.
+    #[cfg(feature = "defmt")]
+    fn log_drive(before: State, now: State) {
+        if now != before {
+            defmt::info!("drive {} -> {}", before, now);
+        }
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_drive(_before: State, _now: State) {}
 
     /// What the console says unasked: faults as they come up.
     #[cfg(feature = "defmt")]
@@ -237,6 +265,14 @@ mod image {
 
     #[cfg(not(feature = "defmt"))]
     fn log_rate(_clocks_per_tick: u32) {}
+
+    #[cfg(feature = "defmt")]
+    fn log_settings(settings: &Settings) {
+        defmt::info!("{}", settings);
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_settings(_settings: &Settings) {}
 
     #[cfg(feature = "defmt")]
     fn log_line_error() {

@@ -30,6 +30,7 @@ impl Nanometres {
 
 /// The rate of the control interrupt, in ticks per second.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TickRate {
     hz: f64,
 }

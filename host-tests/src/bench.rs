@@ -5,6 +5,7 @@ use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, TIMER_CLOCK_HZ};
 use stillbeam_firmware::restart::Restart;
+use stillbeam_firmware::self_test::SelfTest;
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::{Activity, Sample};
 
@@ -12,7 +13,7 @@ use crate::flash::MockFlash;
 
 /// The identity of the real board, so that tables come out the same.
 pub const IDENTITY: Identity =
-    Identity { version: "bench", board: "bench", build: 0, timer_clock_hz: TIMER_CLOCK_HZ };
+    Identity { version: "bench", board: "bench", build: 0, timer_clock_hz: TIMER_CLOCK_HZ, brown_out: None };
 
 /// Console, tick and samples of one machine.
 pub struct Bench {
@@ -207,6 +208,8 @@ impl Bench {
                     self.console.saved(saved, &mut reply);
                 }
                 Some(Effect::Reboot(_)) => {}
+                Some(Effect::SelfTest) => self.console.self_tested(SelfTest::default(), &mut reply),
+                Some(Effect::SetBrownOut(level)) => self.console.brown_out_set(level, &mut reply),
                 Some(Effect::ForgetCrash) => self.console.crash_forgotten(&mut reply),
             }
             received += &reply.text;

@@ -150,6 +150,13 @@ impl StepTimer {
         }
     }
 
+    /// Whether what the channel makes gets to its pin.
+    fn is_connected(&self, channel: usize) -> bool {
+        const MAIN_OUTPUT: u32 = 1 << 15;
+        let enable = if channel == 0 { 1 } else { 1 << 12 };
+        self.read(register::BDTR) & MAIN_OUTPUT != 0 && self.read(register::CCER) & enable != 0
+    }
+
     /// What a match changes.
     fn compare(&mut self) {
         let mut after = self.outputs;
@@ -178,7 +185,7 @@ impl StepTimer {
 
     fn put(&mut self, after: [bool; 2]) {
         let before = std::mem::replace(&mut self.outputs, after);
-        if before == after {
+        if before == after || !self.is_connected(0) {
             return;
         }
         if self.mode(0) == 7 {
@@ -186,6 +193,10 @@ impl StepTimer {
                 self.counted.counts += if self.direction_up { 1 } else { -1 };
                 self.counted.edges += 1;
             }
+            return;
+        }
+        if !self.is_connected(1) {
+            self.counted.ambiguous += 1;
             return;
         }
         self.counted.edges += 1;

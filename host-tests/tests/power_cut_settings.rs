@@ -54,13 +54,10 @@ fn changed(before: &Settings, changes: usize) -> impl Strategy<Value = Settings>
     changed_among(&Key::all().collect::<Vec<_>>(), before, changes)
 }
 
-/// The same of these keys alone. A page moves in a time that grows with the square of its records, and with every record there
-/// are more operations to cut: all keys in every history would take a hundred times as long and meet the same states.
-fn changed_among(
-    keys: &[Key],
-    before: &Settings,
-    changes: usize,
-) -> impl Strategy<Value = Settings> + use<> {
+/// The same of these keys alone. A page moves in a time that grows with the square of its records, and with
+/// every record there are more operations to cut: all keys in every history would take a hundred times as
+/// long and meet the same states.
+fn changed_among(keys: &[Key], before: &Settings, changes: usize) -> impl Strategy<Value = Settings> + use<> {
     let before = before.clone();
     let keys = keys.to_vec();
     let change = prop::sample::select(keys).prop_flat_map(|key| value_of(key).prop_map(move |v| (key, v)));
@@ -100,8 +97,9 @@ fn every_nth_key(first: usize, n: usize) -> Vec<Key> {
     Key::all().skip(first).step_by(n).collect()
 }
 
-/// Cuts the save that takes `flash` from `old` to `new` at every operation, or at every so many, and looks at what is left, after the
-/// next reset and after the next save. Returns the flash after the whole save, and how many cuts there were.
+/// Cuts the save that takes `flash` from `old` to `new` at every operation, or at every so many, and looks at
+/// what is left, after the next reset and after the next save. Returns the flash after the whole save, and
+/// how many cuts there were.
 fn cut_everywhere(
     flash: &MockFlash,
     (old, new): (&Settings, &Settings),
@@ -147,7 +145,7 @@ fn a_power_cut_at_any_operation_leaves_every_setting_old_or_new_and_the_store_in
         let mut runner = runner(seed);
         let mut flash = MockFlash::new();
         let mut old = Settings::default();
-        for save_number in 0..150 {
+        for save_number in 0..400 {
             let new = draw(changed_among(&keys, &old, 6), &mut runner);
             let what = format!("seed {seed}, save {save_number}");
             let (whole, done) = cut_everywhere(&flash, (&old, &new), 1, &mut runner, &what);
@@ -168,7 +166,7 @@ fn a_power_cut_while_full_pages_move_leaves_every_setting_old_or_new() {
     let (mut cuts, mut runner) = (0, runner(3));
     let mut old = all_changed();
     let (mut flash, ..) = save(MockFlash::new(), &old);
-    for save_number in 0..12 {
+    for save_number in 0..30 {
         let new = draw(changed(&old, 6), &mut runner);
         let what = format!("full pages, save {save_number}");
         let (whole, done) = cut_everywhere(&flash, (&old, &new), 5, &mut runner, &what);
@@ -180,15 +178,16 @@ fn a_power_cut_while_full_pages_move_leaves_every_setting_old_or_new() {
     assert!(flash.erases() >= 4, "the history is too short to fill the pages: {} erases", flash.erases());
 }
 
-/// The recovery from a cut is cut too: at every seventh operation, another seven for each operation of the first cut.
+/// The recovery from a cut is cut too: at every seventh operation, another seven for each operation of the
+/// first cut.
 #[test]
 fn power_cuts_during_the_recovery_leave_every_setting_old_or_new() {
     let (mut recoveries, mut cuts) = (0_u64, 0_u64);
     let mut runner = runner(9);
-    let keys = every_nth_key(0, 7);
+    let keys = every_nth_key(0, 5);
     let mut flash = MockFlash::new();
     let mut old = Settings::default();
-    for save_number in 0..100_u64 {
+    for save_number in 0..150_u64 {
         let new = draw(changed_among(&keys, &old, 6), &mut runner);
         let (whole, ..) = save(flash.clone(), &new);
         // Every save that moves a page, and some of the others.
@@ -238,8 +237,8 @@ fn uploaded(taps: usize, seed: u32) -> UploadedTable {
     UploadedTable::new(TickRate::DEFAULT, &bytes).expect("a table")
 }
 
-/// The uploaded table has many words and is one record: old or new like any other, never a mixture, and a setting that
-/// selects it is never stored before it.
+/// The uploaded table has many words and is one record: old or new like any other, never a mixture, and a
+/// setting that selects it is never stored before it.
 #[test]
 fn a_power_cut_leaves_the_old_table_or_the_new_one_whole() {
     let (mut cuts, mut flash, mut old) = (0, MockFlash::new(), None);

@@ -66,6 +66,8 @@ impl Driven {
                 self.timer.write(register::CCMR1, mode << 4);
                 self.timer.write(register::CCMR2, mode << 12);
             }
+            self.timer.write(register::CCER, 1 << 12 | 1);
+            self.timer.write(register::BDTR, 1 << 15);
         }
         self.configured = wanted;
     }

@@ -6,13 +6,16 @@
 //! | analog command | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
 //! | brake | PB10, high opens |
+//! | in position | PB5, high while the setpoint stands still for good under an enabled drive |
+//! | charge pump | PB6, changes with every tick while no fault holds the machine |
 //! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |
-//! | tick | TIM2 update interrupt, priority 1: nothing comes before it but a byte and short critical sections |
+//! | tick | TIM2 update interrupt, priority 1: nothing comes before it but a byte that comes and short critical sections |
 //! | ticks counted in hardware | TIM9, by TIM2's updates |
 //! | watchdog | IWDG |
-//! | serial buffers | USART1 interrupt, priority 0: a byte waits for nobody |
+//! | bytes that come | USART1 interrupt, priority 0: a byte waits for nobody |
+//! | bytes that go | sender's interrupt (line of CAN1_SCE), priority 12 |
 //! | console and telemetry task | executor interrupt (line of CAN2_RX0), priority 14 |
 //! | "samples wait", watchdog | doorbell interrupt (line of CAN2_SCE), priority 13 |
 //! | settings | the last two flash sectors, 10 and 11 |
@@ -25,6 +28,7 @@ use core::sync::atomic::{AtomicPtr, Ordering};
 use crate::settings::DriveSettings;
 use crate::units::TickRate;
 
+pub mod brown_out;
 pub mod clocks;
 pub mod core_coupled;
 pub mod crash;
@@ -37,6 +41,7 @@ pub mod flash_accelerator;
 pub mod image;
 pub mod outputs;
 pub mod restart;
+pub mod self_test;
 pub mod serial;
 pub mod step_pulses;
 pub mod supply;

@@ -1,17 +1,20 @@
-//! The serial port: USART1, its interrupt above the tick, and two rings.
+//! The serial port: USART1, its interrupt above the tick, the sender's below it, and two rings.
 //!
-//! A byte takes 10.8 µs and the port keeps one, so an interrupt that waits for the tick loses bytes whenever a tick is longer
-//! than that. This one waits for nothing but the masked sections of the others (some fifty instructions), takes some fifty
-//! itself, and is no more than the move of a byte between the port and a ring. DMA would take none, but the emulator has no
-//! model of it, and then nothing of this could be tested on the image.
+//! A byte takes 10.8 µs and the port keeps one, so an interrupt that waits for the tick loses bytes whenever
+//! a tick is longer than that. The port's waits for nothing but the masked sections of the others (some fifty
+//! instructions), takes some fifty itself, and does no more than move a byte into a ring. Nobody loses
+//! anything where a byte is sent late, so that is not its business: where the port has room, it only says so
+//! to the sender's interrupt, which the tick comes before. DMA would take none, but the emulator has no model
+//! of it, and then nothing of this could be tested on the image.
 //!
-//! Bytes that are lost all the same, because the flash stalls the core or nobody empties the ring, are counted, and a
-//! [`SUBSTITUTE`] takes their place, so that the line they were missing from is refused.
+//! Bytes that are lost all the same, because the flash stalls the core or nobody empties the ring, are
+//! counted, and a [`SUBSTITUTE`] takes their place, so that the line they were missing from is refused.
 
 use core::future::poll_fn;
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use core::task::Poll;
 
+use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::gpio::vals::{Moder, Ot, Pupdr};
 use embassy_stm32::pac::usart::regs::{Brr, Sr};
@@ -31,8 +34,8 @@ const BAUD: u32 = 921_600;
 /// APB2, which feeds the port.
 const PORT_CLOCK_HZ: u32 = 84_000_000;
 
-/// Places of either ring, a power of two. Lines wait here while earlier ones wait for their ticks: 22 ms at the full rate of
-/// the line.
+/// Places of either ring, a power of two. Lines wait here while earlier ones wait for their ticks: 22 ms at
+/// the full rate of the line.
 const PLACES: u32 = 2048;
 /// The task is woken when so many are left to send.
 const NEARLY_SENT: u32 = 512;
@@ -89,6 +92,9 @@ impl Ring {
 
 static RECEIVED: Ring = Ring::new();
 static TO_SEND: Ring = Ring::new();
+/// An interrupt line whose peripheral is not used.
+const SENDER: interrupt::Interrupt = interrupt::Interrupt::CAN1_SCE;
+
 /// Bytes were lost and no substitute stands for them yet.
 static GAP: AtomicBool = AtomicBool::new(false);
 /// Overruns and bytes that found the ring full, so far.
@@ -119,9 +125,13 @@ pub fn open(asked: &'static Asked) {
         control.set_re(true);
         control.set_rxneie(true);
     });
+    SENDER.set_priority(Priority::P12);
     interrupt::Interrupt::USART1.set_priority(Priority::P0);
-    // SAFETY: the handler is below and needs nothing but what is set up above.
-    unsafe { interrupt::Interrupt::USART1.enable() };
+    // SAFETY: both handlers are below and need nothing but what is set up above.
+    unsafe {
+        SENDER.enable();
+        interrupt::Interrupt::USART1.enable();
+    }
 }
 
 /// The next byte that has come.
@@ -173,12 +183,10 @@ pub async fn sent() {
     while !pac::USART1.sr().read().tc() {}
 }
 
-/// Asks for the interrupt that sends. It may come between the read and the write of this and switch itself off, having sent
-/// all: then it comes once more for nothing. It is never left off with bytes to send.
+/// Lets the sender's interrupt look what there is to send. It is never left off with bytes to send: either
+/// the port will say that it has room, or the sender looks once more.
 fn start_sending() {
-    if TO_SEND.len() != 0 {
-        pac::USART1.cr1().modify(|control| control.set_txeie(true));
-    }
+    NVIC::pend(SENDER);
 }
 
 #[interrupt]
@@ -189,14 +197,28 @@ fn USART1() {
         take(status, pac::USART1.dr().read().dr() as u8);
     }
     if status.txe() && pac::USART1.cr1().read().txeie() {
-        match TO_SEND.take() {
-            Some(byte) => pac::USART1.dr().write(|data| data.set_dr(u16::from(byte))),
-            None => pac::USART1.cr1().modify(|control| control.set_txeie(false)),
-        }
+        pac::USART1.cr1().modify(|control| control.set_txeie(false));
+        NVIC::pend(SENDER);
+    }
+}
+
+/// The sender. While the port's interrupt waits for room this one leaves the port alone, and while it does
+/// not, nobody else writes the register that says so.
+#[interrupt]
+fn CAN1_SCE() {
+    if pac::USART1.cr1().read().txeie() {
+        return;
+    }
+    while pac::USART1.sr().read().txe() {
+        let Some(byte) = TO_SEND.take() else { return };
+        pac::USART1.dr().write(|data| data.set_dr(u16::from(byte)));
         let left = TO_SEND.len();
         if left == NEARLY_SENT || left == 0 {
             tick_timer::ring();
         }
+    }
+    if TO_SEND.len() != 0 {
+        pac::USART1.cr1().modify(|control| control.set_txeie(true));
     }
 }
 

@@ -1,12 +1,13 @@
-//! The tick: TIM2's update interrupt, before everything but a serial byte, and the door through which it wakes the rest.
+//! The tick: TIM2's update interrupt, before everything but a serial byte, and the door through which it
+//! wakes the rest.
 //!
-//! The tick itself never takes a lock. Waking an async task does, so the tick only marks a second, low-priority
-//! interrupt as pending, and that one wakes the task. It also asks, twenty times a second, whether tick and console both
-//! moved, and feeds the watchdog if so. It comes before the executor, whose interrupt is pending without a pause while a
-//! task has work and yields.
+//! The tick itself never takes a lock. Waking an async task does, so the tick only marks a second,
+//! low-priority interrupt as pending, and that one wakes the task. It also asks, twenty times a second,
+//! whether tick and console both moved, and feeds the watchdog if so. It comes before the executor, whose
+//! interrupt is pending without a pause while a task has work and yields.
 //!
-//! TIM9 counts TIM2's updates in hardware. Where it is ahead of the interrupt, ticks were missed. TIM9 has no model in
-//! the emulator and stands still there, which counts as "not known".
+//! TIM9 counts TIM2's updates in hardware. Where it is ahead of the interrupt, ticks were missed. TIM9 has no
+//! model in the emulator and stands still there, which counts as "not known".
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -38,8 +39,8 @@ struct TickState {
 /// Filled by [`start`] before it unmasks the interrupt, so that no tick has to ask whether it is.
 struct TickCell(UnsafeCell<MaybeUninit<TickState>>);
 
-// SAFETY: the cell is only reached through `start`, before the interrupt is unmasked, and through the interrupt, after.
-// Neither can preempt the other, and an interrupt does not preempt itself.
+// SAFETY: the cell is only reached through `start`, before the interrupt is unmasked, and through the
+// interrupt, after. Neither can preempt the other, and an interrupt does not preempt itself.
 unsafe impl Sync for TickCell {}
 
 /// Belongs to the doorbell's interrupt.
@@ -157,7 +158,7 @@ impl TickState {
         };
         self.counted = counted;
         let output = self.controller.tick_asking(inputs, step_pulses::is_busy);
-        outputs::set_drive(output.drive);
+        outputs::set_lines(output.drive, output.signals);
         outputs::set_analog(output.analog);
         if let Some(train) = self.controller.train() {
             step_pulses::make(train.steps, train.period, train.up);
@@ -181,8 +182,8 @@ impl TickState {
 #[interrupt]
 fn TIM2() {
     pac::TIM2.sr().write(|flags| flags.0 = !1);
-    // SAFETY: see `TickCell`: only `start` unmasks this interrupt, when it has filled the cell, and from then on only the
-    // interrupt reaches it.
+    // SAFETY: see `TickCell`: only `start` unmasks this interrupt, when it has filled the cell, and from then
+    // on only the interrupt reaches it.
     unsafe { (*STATE.0.get()).assume_init_mut() }.run();
 }
 

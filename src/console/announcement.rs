@@ -20,6 +20,7 @@ impl Console<'_> {
     /// Says that a fault holds the machine, or that it now disables the drive too, once each. Whoever feeds bytes calls this
     /// whenever no reply is under way.
     pub fn announce(&mut self, out: &mut dyn Write) {
+        self.events.collect();
         self.watch_host();
         self.say_asked_status(out);
         self.announce_fault(out);

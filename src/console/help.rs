@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 37] = [
+static COMMANDS: [(&str, &str); 39] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -44,6 +44,8 @@ static COMMANDS: [(&str, &str); 37] = [
     ("encoder reference", "says that the machine is where the setpoint is"),
     ("reboot", "starts the firmware anew; at rest only"),
     ("dfu", "starts the chip's own bootloader, for a new firmware over USB; at rest only"),
+    ("selftest", "steps against the encoder (jumpers PA8-PC6, PA11-PC7), analog output, crystal; drive off"),
+    ("brownout set off|level_1|level_2|level_3", "writes the level that 'info' shows into the option bytes"),
     ("crash clear", "forgets the record of a crash that 'info' shows"),
     (
         "stream on [N] [text|frames]|off",

@@ -4,6 +4,7 @@ use crate::telemetry::Flags;
 
 /// What an input is wired to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InputRole {
     /// Nothing that the firmware acts on.
     #[default]
@@ -49,6 +50,7 @@ impl InputRole {
 
 /// At which level an input is active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ActiveLevel {
     /// As its role has it so that a broken wire stops the machine.
     #[default]

@@ -20,7 +20,9 @@ impl<'m> EventLog<'m> {
     /// Adds an event of the console. The log keeps the first [`MAX_EVENTS`], because what came first explains the rest.
     pub fn add(&mut self, tick: u32, event: Event, value: i32) {
         self.collect();
-        let _first_come = self.kept.push_back(EventRecord { tick, event, value });
+        let record = EventRecord { tick, event, value };
+        log(&record);
+        let _first_come = self.kept.push_back(record);
     }
 
     /// How many events wait.
@@ -40,11 +42,21 @@ impl<'m> EventLog<'m> {
         self.kept.pop_front()
     }
 
-    /// What does not fit stays in the queue.
-    fn collect(&mut self) {
+    /// Takes what the tick has queued. What does not fit stays there.
+    pub fn collect(&mut self) {
         while !self.kept.is_full() {
             let Some(record) = self.from_tick.dequeue() else { return };
+            log(&record);
             let _room = self.kept.push_back(record);
         }
     }
 }
+
+/// For a debugger that listens.
+#[cfg(feature = "defmt")]
+fn log(record: &EventRecord) {
+    defmt::info!("{}", record);
+}
+
+#[cfg(not(feature = "defmt"))]
+fn log(_record: &EventRecord) {}

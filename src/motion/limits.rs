@@ -12,6 +12,7 @@ use super::boxes::PerTick;
 
 /// What a motion may ask of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MoveLimits {
     /// Largest velocity in mm/s, above zero.
     pub velocity_mm_s: f64,

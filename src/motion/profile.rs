@@ -4,6 +4,7 @@ use core::fmt;
 
 /// How a move gets from rest to rest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Profile {
     /// Constant acceleration, constant velocity, constant deceleration: the quickest within velocity and acceleration.
     #[default]

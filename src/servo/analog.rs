@@ -23,6 +23,7 @@ impl DacCode {
 
 /// What the voltage means to the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AnalogQuantity {
     /// The setpoint itself.
     #[default]
@@ -33,6 +34,7 @@ pub enum AnalogQuantity {
 
 /// How the analog output is set up, in a person's units. Every field is within the range of its setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AnalogCalibration {
     /// What the voltage means.
     pub quantity: AnalogQuantity,

@@ -5,6 +5,7 @@ use crate::units::{Nanometres, TickRate};
 
 /// How the loop is set up, in a person's units.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LoopGains {
     /// Velocity per distance, in 1/s; zero is no loop.
     pub gain_per_s: f64,

@@ -11,6 +11,7 @@ use crate::units::{Nanometres, TickRate};
 
 /// What a drive wants of its pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PulseTiming {
     /// The least length of a pulse and of the pause between two, in µs; of quadrature, the least distance of two edges.
     pub width_us: f64,

@@ -9,6 +9,7 @@ use crate::units::TickRate;
 
 /// How steps are put out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PulseKind {
     /// No pulses.
     #[default]
@@ -21,6 +22,7 @@ pub enum PulseKind {
 
 /// When the emergency input is active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EmergencyInput {
     /// Nobody has said. The drive cannot be enabled.
     #[default]
@@ -35,6 +37,7 @@ pub enum EmergencyInput {
 
 /// The settings of outputs, encoder, emergency input and faults.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct DriveSettings {
     pub(super) analog: AnalogCalibration,
     pub(super) position_loop: LoopGains,
@@ -49,6 +52,7 @@ pub struct DriveSettings {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct StepsPerMm(pub(super) f64);
 
 impl Default for StepsPerMm {
@@ -59,6 +63,7 @@ impl Default for StepsPerMm {
 
 /// No encoder, and no window to check.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct EncoderSettings {
     counts_per_mm: f64,
     window_mm: f64,
@@ -155,6 +160,7 @@ impl DriveSettings {
 
 /// The names of these settings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum DriveKey {
     /// `analog.quantity`
     AnalogQuantity,

@@ -8,10 +8,12 @@ pub const INPUTS: usize = 3;
 
 /// What the general inputs mean, and at which level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct InputSettings([(InputRole, ActiveLevel); INPUTS]);
 
 /// Which setting of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum InputKey {
     /// `role`
     Role,

@@ -11,6 +11,7 @@ use crate::units::{MAX_TRAVEL_MM, TickRate};
 
 /// The name of a setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Key {
     /// `tick.rate_hz`
     TickRate,
@@ -46,6 +47,7 @@ pub enum Key {
 
 /// Which value of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ModeKey {
     /// `frequency_hz`
     Frequency,
@@ -57,6 +59,7 @@ pub enum ModeKey {
 
 /// Where the shaper that runs comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ShaperSource {
     /// From the settings of the modes.
     Designed = 0,
@@ -79,6 +82,7 @@ impl ShaperSource {
 
 /// The value of a setting.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Value {
     /// A number in the key's unit.
     Number(f64),
@@ -90,6 +94,7 @@ pub enum Value {
 
 /// One word of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Choice {
     words: &'static [&'static str],
     place: u8,
@@ -131,6 +136,7 @@ impl fmt::Display for Value {
 
 /// Why a value was refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
     /// The text is not a finite decimal number.
     NotANumber,

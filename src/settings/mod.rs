@@ -27,6 +27,7 @@ use crate::units::{MAX_TRAVEL_MM, Nanometres, TickRate};
 
 /// One mode as it is set; `shaper: None` leaves it unshaped.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModeSetting {
     /// Undamped natural frequency in hertz.
     pub frequency_hz: f64,
@@ -39,6 +40,7 @@ pub struct ModeSetting {
 /// All settings. Every value is within the range of its key, and nothing more is promised: whether they
 /// fit together, the tick rate and the memory is found out by whoever applies them.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
     tick_rate: TickRate,
     modes: [ModeSetting; MAX_MODES],

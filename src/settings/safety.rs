@@ -8,6 +8,7 @@ use crate::units::TickRate;
 
 /// How long enabling and stopping may take, and how an emergency stops the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SafetySettings {
     stop_limit_ms: f64,
     hold_ms: f64,
@@ -31,6 +32,7 @@ impl Default for SafetySettings {
 
 /// Their names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SafetyKey {
     /// `emergency.stop`
     EmergencyStop,

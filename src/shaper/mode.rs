@@ -8,6 +8,7 @@ use crate::units::TickRate;
 
 /// Which shaper a mode gets. [`super::pattern`] has their amplitudes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ShaperType {
     /// Zero vibration: two impulses, eq. (30) of the paper.
     Zv,

@@ -9,8 +9,10 @@
 //! the board stands still when that is full. Virtual time has no fixed relation to wall-clock time;
 //! the baud rate is not emulated.
 
+mod access;
 mod boot;
 pub mod clock_cover;
+pub mod cycles;
 mod error;
 mod image;
 pub mod interrupt_cost;
@@ -20,6 +22,7 @@ mod process;
 pub mod rsp;
 mod serial;
 pub mod stack;
+pub mod stand_in;
 pub mod thumb;
 mod tick_alignment;
 mod version;

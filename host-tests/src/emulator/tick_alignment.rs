@@ -47,6 +47,11 @@ pub(super) fn since_reset_ns<S: Read + Write>(client: &mut RspClient<S>) -> Resu
     Ok((steps < SLOWEST).then_some(exact))
 }
 
+/// The virtual time since the last reset, modulo 2³².
+pub(super) fn now_ns<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
+    client.read_word(TIM5_CNT)
+}
+
 /// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at` is the virtual
 /// time of the last reset, from which TIM5 counts.
 pub(super) fn generate_event<S: Read + Write>(

@@ -1,5 +1,6 @@
 //! The commands: which line is which, and one file per family of them.
 
+mod board;
 mod drive;
 mod faults;
 mod motions;
@@ -56,6 +57,8 @@ impl Console<'_> {
                 no_more(words, "reboot", "reboot").and_then(|()| self.reboot("reboot", Start::Firmware, out))
             }
             "dfu" => no_more(words, "dfu", "dfu").and_then(|()| self.reboot("dfu", Start::Bootloader, out)),
+            "selftest" => no_more(words, "selftest", "selftest").and_then(|()| self.test_board()),
+            "brownout" => self.set_brown_out(words),
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
             "checksum" => self.switch_checksum(words, out),

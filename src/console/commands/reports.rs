@@ -4,11 +4,9 @@ use core::fmt::Write;
 
 use super::say;
 use super::words::on_off;
-use crate::console::error::CommandError;
-use crate::console::{Console, Effect};
+use crate::console::Console;
 use crate::decimal::Decimal;
 use crate::machine::CORE_CYCLES_PER_TIMER_CLOCK;
-use crate::restart::Start;
 use crate::units::TickRate;
 
 impl Console<'_> {
@@ -18,6 +16,10 @@ impl Console<'_> {
         say(out, format_args!("board {}", self.identity.board));
         say(out, format_args!("tick_hz {}", Decimal(table.tick_rate().hz())));
         say(out, format_args!("build 0x{:08x}", self.identity.build));
+        match self.identity.brown_out {
+            Some(level) => say(out, format_args!("brown_out {level}")),
+            None => say(out, format_args!("brown_out unknown")),
+        }
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
@@ -66,29 +68,28 @@ impl Console<'_> {
         }
     }
 
-    /// Of the tick, in cycles of the core. A counter beyond the slowest tick is none that begins anew with each: the emulator's.
-    fn print_durations(&self, out: &mut dyn Write) {
+    /// Of the tick, in cycles of the core: the last one, the longest one, and from one to the next. `None` where the counter is beyond
+    /// the slowest tick and so is none that begins anew with each: the emulator's.
+    fn tick_cycles(&self) -> Option<[u32; 3]> {
         let (last, worst) = self.status.durations();
         let slowest = f64::from(self.identity.timer_clock_hz) / TickRate::RANGE_HZ.0;
-        if f64::from(worst) > slowest {
-            return say(out, format_args!("tick_cycles unknown"));
-        }
-        let period = self.clocks_per_tick();
-        let [last, worst, period] = [last, worst, period].map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK);
-        say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
+        let known = f64::from(worst) <= slowest;
+        let clocks = [last, worst, self.clocks_per_tick()];
+        known.then(|| clocks.map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK))
     }
 
-    /// `reboot` and `dfu`.
-    pub(super) fn reboot(
-        &mut self,
-        command: &'static str,
-        start: Start,
-        out: &mut dyn Write,
-    ) -> Result<(), CommandError<'static>> {
-        self.require_still(command)?;
-        say(out, format_args!("ok {command}"));
-        self.effect = Some(Effect::Reboot(start));
-        Ok(())
+    /// The longest tick, and from one to the next.
+    pub(super) fn worst_tick_cycles(&self) -> Option<(i32, i32)> {
+        self.tick_cycles().map(|[_, worst, period]| (worst as i32, period as i32))
+    }
+
+    fn print_durations(&self, out: &mut dyn Write) {
+        match self.tick_cycles() {
+            None => say(out, format_args!("tick_cycles unknown")),
+            Some([last, worst, period]) => {
+                say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
+            }
+        }
     }
 
     pub(super) fn print_status(&mut self, out: &mut dyn Write) {

@@ -12,6 +12,7 @@ use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity};
 use stillbeam_firmware::control::{Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
+use stillbeam_firmware::self_test::SelfTest;
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::sender::Sender;
 
@@ -55,6 +56,7 @@ impl InProcessBoard {
             board: "core",
             build: 0,
             timer_clock_hz: TIMER_CLOCK_HZ,
+            brown_out: None,
         };
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
         let parts = machine.split(identity, histories);
@@ -127,6 +129,12 @@ impl ByteLink for InProcessBoard {
                     self.say(|console, text| console.saved(saved, text));
                 }
                 Some(Effect::Reboot(_)) => {}
+                Some(Effect::SelfTest) => {
+                    self.say(|console, text| console.self_tested(SelfTest::default(), text));
+                }
+                Some(Effect::SetBrownOut(level)) => {
+                    self.say(|console, text| console.brown_out_set(level, text));
+                }
                 Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),
             }
             self.say(|console, text| console.announce(text));

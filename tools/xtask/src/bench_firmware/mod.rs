@@ -10,7 +10,7 @@ use crate::cargo::{cargo, root};
 use crate::failure::Failure;
 use crate::run::{required_output, say};
 use crate::{firmware, setup, size};
-use numbers::{CASCADE_GOAL, INTERRUPT_GOAL, Numbers, SizeNumbers};
+use numbers::{CASCADE_GOAL, CYCLE_GOAL, INTERRUPT_GOAL, Numbers, SizeNumbers};
 
 /// What instructions and size may grow by unnoticed, in per cent.
 const LIMIT_PCT: u64 = 5;
@@ -57,7 +57,9 @@ fn judge(recorded: &Numbers, measured: &Numbers) -> Result<String, Failure> {
         let then = recorded.tick.iter().find(|tick| tick.is_same_case(now));
         let then = then.ok_or_else(|| missing(what.clone()))?;
         compare(format!("instructions of a tick, {what}"), then.median.into(), now.median.into())?;
+        compare(format!("cycles of a tick by the model, {what}"), then.cycles.into(), now.cycles.into())?;
     }
+    within("cycles of the tick that takes most, by the model", CYCLE_GOAL, measured.most_cycles())?;
     let goals = measured.goals().ok_or_else(|| missing("tick with a goal".to_owned()))?;
     within("instructions of the cascade of 2 modes of zvdd", CASCADE_GOAL, goals.cascade)?;
     within("instructions of a tick that moves through 2 modes of zvdd", INTERRUPT_GOAL, goals.interrupt)?;
@@ -129,6 +131,7 @@ mod tests {
         assert!(said.contains("RAM in bytes") && said.contains("deepest stack in bytes"), "{said}");
         let failures = [
             changed(|now| now.tick.last_mut().expect("a tick").median *= 2),
+            changed(|now| now.tick.last_mut().expect("a tick").cycles = CYCLE_GOAL + 1),
             changed(|now| now.size.as_mut().expect("sizes").text += 10_000),
             changed(|now| now.size.as_mut().expect("sizes").bss += 10_000),
             changed(|now| now.stack.as_mut().expect("a stack").bytes += 2_000),

@@ -5,7 +5,7 @@
 //! twelfth of a square step beside. A signal that fills its whole band all the time is no noise: what would
 //! be more than a small share of it is not taken for any.
 
-use crate::noise::spectra;
+use crate::noise::spectra_under;
 use crate::reading_step::ReadingStep;
 
 /// Noise and steps of an input, in its unit.
@@ -24,6 +24,8 @@ const WINDOW: usize = 512;
 const WINDOWS: usize = 8;
 /// Bands, of which the quietest counts.
 const BANDS: usize = 16;
+/// Power of the sine that windows are tapered with: the signal leaks less than 1e-8 of itself into the quietest band.
+const TAPER: i32 = 4;
 /// The lower quartile of an exponentially distributed power is this share of its mean.
 const QUARTILE_SHARE: f64 = 0.287_682_072_451_780_9;
 
@@ -77,7 +79,7 @@ pub(crate) fn white(rms: f64, count: usize, number: u64) -> Vec<f64> {
 /// Mean square of white noise that would be as strong everywhere as the quietest band.
 pub(crate) fn flat_power(samples: &[f64]) -> f64 {
     let length = WINDOW.min((samples.len() / WINDOWS).next_power_of_two() / 2).max(16);
-    let windows = spectra(samples, length);
+    let windows = spectra_under(samples, length, TAPER);
     if windows.len() < WINDOWS {
         return 0.0;
     }

@@ -11,7 +11,6 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use stillbeam_identify::InputInterpolation;
 use stillbeam_identify::interpolation::PiecewiseCubic;
-use stillbeam_plant::{Hold, Model};
 
 /// A slow input has at most this share of its power's changes above a quarter of the sampling rate.
 const SLOW: f64 = 1e-3;
@@ -35,26 +34,9 @@ pub(crate) enum BetweenSamples {
     Spline,
     /// The signal of the samples' band.
     BandLimited,
-    /// The same until the next sample, as a digital controller puts it out. No samples tell: a model says so,
-    /// or it is tried.
-    Held,
 }
 
-/// Parts of an interval for a signal that is held: it changes within one part on either side of a sample,
-/// which weakens a sine by a hundredth of what holding it does.
-pub(crate) const HELD_PARTS: usize = 4;
-
 impl BetweenSamples {
-    /// As the model says of its force; `None` where it says nothing, or where a motion or a controller
-    /// drives.
-    pub(crate) fn stated(model: &Model) -> Option<Self> {
-        let drives = !model.input_is_motion() && model.setup().controller.is_none();
-        match model.input().filter(|_| drives)?.hold? {
-            Hold::ZeroOrder => Some(Self::Held),
-            Hold::FirstOrder => Some(Self::Lines),
-        }
-    }
-
     /// Judged by the samples.
     pub(crate) fn of(time_s: &[f64], samples: &[f64]) -> Self {
         if is_slow(samples) {
@@ -72,7 +54,6 @@ impl BetweenSamples {
         match self {
             _ if refinement <= 1 => samples.to_vec(),
             Self::Lines => lines(samples, refinement),
-            Self::Held => held(samples, refinement),
             Self::Spline => spline(time_s, samples, refinement),
             Self::BandLimited => made_up(&band_limited(samples, refinement)),
         }
@@ -125,19 +106,6 @@ fn lines(samples: &[f64], refinement: usize) -> Vec<f64> {
         fine.extend((0..refinement).map(|k| pair[0] + k as f64 * part));
     }
     fine.extend(samples.last());
-    fine
-}
-
-/// Half way between two values where they change, so that nothing comes late or early.
-fn held(samples: &[f64], refinement: usize) -> Vec<f64> {
-    let mut fine = Vec::with_capacity(samples.len() * refinement);
-    let mut before = samples.first().copied().unwrap_or(0.0);
-    for value in &samples[..samples.len().saturating_sub(1)] {
-        fine.push(0.5 * (before + value));
-        fine.extend((1..refinement).map(|_| *value));
-        before = *value;
-    }
-    fine.extend(samples.last().map(|last| 0.5 * (before + last)));
     fine
 }
 

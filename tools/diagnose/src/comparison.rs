@@ -35,18 +35,6 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     settle(study, given, &first, floors)
 }
 
-/// The comparison on a study of the same recordings that frees more; `before` is where the search starts.
-pub(crate) fn compare_from(
-    study: &mut Study,
-    given: &Hypothesis,
-    before: &Compared,
-) -> Result<Compared, DiagnoseError> {
-    let (first, _) = refit_from(&study.stack(Role::Train), given, &free_parameters(given), &before.refitted)?;
-    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
-    let floors = study.floors(&first_on_all);
-    settle(study, given, &first, floors)
-}
-
 /// The comparison with a model that was refitted on the held-out recordings too.
 ///
 /// Training recordings may not show all of a machine: a mode that only a later sweep reaches is wherever noise has put it, and a right

@@ -5,13 +5,11 @@ use std::time::Instant;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
+use crate::adequacy::{Adequacy, Rest, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::intervals::precision;
-use crate::linear_findings::as_linear;
-use crate::linear_ties::tie;
 use crate::locate::locate;
 use crate::naming::by_innovations::explained_share;
 use crate::naming::scales::Scales;
@@ -31,7 +29,6 @@ use crate::result::{
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict};
-use crate::visible::smallest_visible;
 use crate::wording::sizes;
 
 /// What a diagnosis is doing.
@@ -67,23 +64,8 @@ pub fn diagnose(
     let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;
     say("trying the catalogue of physics", 0.2);
-    study.draw_input_errors(&compared.refitted.hypothesis);
     let is_exact = study.is_exact(&compared.refitted_on_all);
-    let fits_noise = |study: &Study, compared: &Compared| {
-        is_adequate(&study.adequacies(&compared.refitted_on_all, &compared.floors), options)
-    };
-    // Where nothing but noise is left, no law is looked for.
-    let mut nothing_left = is_exact || fits_noise(&study, &compared);
-    let mut linear = None;
-    if !nothing_left {
-        say("asking what else a linear machine may do", 0.15);
-        if let Some((wider, freed)) = as_linear(&study, model, &compared, options)? {
-            let plain = (std::mem::replace(&mut study, wider), std::mem::replace(&mut compared, freed));
-            (linear, nothing_left) = (Some(plain), true);
-        }
-    }
     let candidates = if is_exact { Vec::new() } else { candidates(&study, &compared, options) };
-    let linear_tie = linear.and_then(|(plain, before)| tie((&plain, &before.refitted), &study, &candidates));
     let mut search = Search {
         given_laws: model.setup().physics.len(),
         given: model,
@@ -101,11 +83,7 @@ pub fn diagnose(
         study: &mut study,
     };
     let held_out = compared.refitted_on_all.held_out.clone();
-    let found = if nothing_left {
-        Selection::nothing(&compared.refitted, held_out)
-    } else {
-        search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done))
-    };
+    let found = search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
     if search.weighed_again {
         say("refitting the model with the noise that is seen now", 0.6);
         let floors = search.floors.clone();
@@ -145,7 +123,6 @@ pub fn diagnose(
     let floors = if extended.is_some() { study.floors(final_on_all) } else { compared.floors.clone() };
     let final_tests = study.adequacies(final_on_all, &floors);
     let columns = model.output_columns();
-    let excess = excess_power_bound(&tests);
     let samples = study.stack(Role::Train).present() as f64;
     let squares = [&compared.refitted, &selection.chosen.fitted].map(|fitted| fitted.sum_of_squares);
     let share = selection.explained_share.unwrap_or_else(|| explained_share(squares, samples));
@@ -186,30 +163,15 @@ pub fn diagnose(
         selection.screened.iter().filter(|screened| screened.t.abs() > options.training_gate).collect();
     let pooled = pooled_tests(if extended.is_some() { &final_tests } else { &tests });
     let is_coloured = pooled.whiteness_p < options.significance;
-    let is_adequate = verdict == Verdict::Adequate && !is_exact;
-    let visible = if is_adequate {
-        say("asking how small an effect would have been seen", 0.99);
-        smallest_visible(&study, &compared.refitted, &candidates, options)
-    } else {
-        Vec::new()
-    };
     let said = sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty()));
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: match (is_adequate, is_coloured) {
-            (true, true) => said + &bounded(excess) + COLOURED,
-            (true, false) => said + &bounded(excess),
-            (false, true) if verdict == Verdict::Adequate => said + COLOURED,
-            _ => said,
-        },
+        sentence: if verdict == Verdict::Adequate && is_coloured { said + COLOURED } else { said },
         unconfirmed,
-        excess_power_share: is_adequate.then_some(excess),
-        smallest_visible: visible,
         caps: study.caps.clone(),
         ties: if explains {
-            let others = ties(&selection, &stand_ins, &candidates, study.has_one_output());
-            linear_tie.into_iter().chain(others).collect()
+            ties(&selection, &stand_ins, &candidates, study.has_one_output())
         } else {
             Vec::new()
         },
@@ -263,11 +225,6 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
 /// A model that is adequate down to a noise that is not white: a force that nobody recorded is as loud where the machine is quiet.
 const COLOURED: &str = " That noise is not white: a disturbance from outside that acts all the time, or the sensor's own colour. What is \
      smaller than it is hidden.";
-
-/// How much may be overlooked.
-fn bounded(excess: f64) -> String {
-    format!(" What is left may have {:.2} % more power than noise, at most.", 100.0 * excess)
-}
 
 /// The verdict in words, with the numbers of the first output that was recorded.
 fn sentence(
@@ -342,8 +299,8 @@ fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
     };
     ResidualTests {
         whiteness_p: smallest(&|test| test.whiteness_p),
-        cross_correlation_p: smallest(&|test| test.cross_correlation.p),
-        structure_p: smallest(&|test| test.structure.p),
+        cross_correlation_p: smallest(&|test| test.cross_correlation_p),
+        structure_p: smallest(&|test| test.structure_p),
         odd_distortion_db: None,
         even_distortion_db: None,
     }

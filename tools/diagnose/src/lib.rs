@@ -26,16 +26,11 @@ mod common_motion;
 mod comparison;
 mod controls;
 mod diagnosis;
-mod drawn_error;
 mod error;
 mod fit;
 mod horizon;
-mod input_noise;
 mod intervals;
-mod linear_findings;
-mod linear_ties;
 mod locate;
-mod looked_at;
 mod naming;
 mod next_experiment;
 mod noise;
@@ -48,7 +43,6 @@ mod quality;
 mod reading_step;
 mod record;
 mod refit;
-mod remainder;
 mod result;
 mod ringing;
 mod simulation;
@@ -59,7 +53,6 @@ mod sweep;
 #[cfg(test)]
 mod two_bodies;
 mod verdict;
-mod visible;
 mod weighting;
 mod wording;
 
@@ -72,6 +65,6 @@ pub use options::{MachineLimits, Options};
 pub use result::{
     CandidateRow, Confusability, Diagnosis, Effect, Evidence, Fits, Gate, Mismatch, Overlay, ParameterChange,
     ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests, SCHEMA_VERSION,
-    SmallestVisible, ThreeFits, Tie, Verdict,
+    ThreeFits, Tie, Verdict,
 };
 pub use sweep::Sweep;

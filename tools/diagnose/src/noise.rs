@@ -218,20 +218,11 @@ fn quiet_quarter(series: &[f64], rate_hz: f64, counts: &dyn Fn(Range<usize>) -> 
 /// Power in every bin from 0 to half the sampling rate, of windows that overlap by half; a series' mean square is the
 /// two-sided sum over bins.
 pub(crate) fn spectra(series: &[f64], length: usize) -> Vec<Vec<f64>> {
-    spectra_under(series, length, HANN)
-}
-
-/// Power of the sine that Hann's taper is.
-const HANN: i32 = 2;
-
-/// As [`spectra`], with the sine to this even power as the taper. Far from a line it leaks as the power of the distance in bins that
-/// is one more: what is faint beside something loud needs more than Hann's.
-pub(crate) fn spectra_under(series: &[f64], length: usize, sine_power: i32) -> Vec<Vec<f64>> {
     if length < 4 || series.len() < length {
         return Vec::new();
     }
     let taper: Vec<f64> = (0..length)
-        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(sine_power))
+        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2))
         .collect();
     let gain = taper.iter().map(|value| value * value).sum::<f64>() * length as f64;
     let transform = FftPlanner::new().plan_fft_forward(length);

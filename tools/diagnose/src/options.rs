@@ -6,9 +6,6 @@
 pub struct Options {
     /// Probability of a false alarm of each residual test, above 0 and below 1.
     pub significance: f64,
-    /// What has less than this share (0 to 1) of the noise's power in every recording is neither a sign that
-    /// something is missing nor named: of enough samples every model is wrong.
-    pub least_excess_share: f64,
     /// A term must be this many of its standard errors away from zero on the training recordings.
     pub training_gate: f64,
     /// A term must improve the held-out recordings by this many of the improvement's standard errors, which is half as many as
@@ -52,7 +49,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             significance: 1e-3,
-            least_excess_share: 0.05,
             training_gate: 4.0,
             held_out_gate: 2.5,
             separation: 4.0,

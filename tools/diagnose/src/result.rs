@@ -68,21 +68,6 @@ pub struct Effect {
     pub sentence: String,
 }
 
-/// The smallest effect of a law that would have been seen.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SmallestVisible {
-    /// Law of the catalogue.
-    pub id: String,
-    /// Where it would sit.
-    pub location: String,
-    /// The parameter that says how strong it is.
-    pub parameter: String,
-    /// Its size, in `unit`.
-    pub size: f64,
-    /// The unit as in column names.
-    pub unit: String,
-}
-
 /// A parameter of the given model that had to move: beside the physics found where some was named, by a refit of the given
 /// model alone where not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -286,11 +271,6 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The same in words, with numbers.
     pub sentence: String,
-    /// Where the verdict is "adequate": as much of the noise's power, as a share of it, may be more than
-    /// noise, at 95 % certainty.
-    pub excess_power_share: Option<f64>,
-    /// There too: the smallest effect of every kind that would have been seen.
-    pub smallest_visible: Vec<SmallestVisible>,
     /// What kept the verdict from saying more.
     pub caps: Vec<String>,
     /// Physics that was missing, in order of importance.

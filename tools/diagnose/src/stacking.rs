@@ -188,24 +188,7 @@ impl Stack<'_> {
                 columns.push(offset);
             }
         }
-        columns.extend(self.beyond_the_model(index));
         columns
-    }
-
-    /// What modes beyond those of the model add to every output, where it is freed.
-    pub(crate) fn beyond_the_model(&self, index: usize) -> Vec<Vec<f64>> {
-        let record = self.records[index];
-        let Some(remainder) = &record.remainder else { return Vec::new() };
-        let of_output = |which: usize| {
-            let signals: Vec<Vec<f64>> = (record.outputs.iter().enumerate())
-                .map(|(k, output)| {
-                    let share = f64::from(k == which);
-                    output.at.iter().map(|&stamp| share * remainder[stamp]).collect()
-                })
-                .collect();
-            self.weighted(index, &signals)
-        };
-        (0..record.outputs.len()).map(of_output).collect()
     }
 
     /// What the initial state changes where laws act, by differences as large as a few tenths of the noise; `linear` are the

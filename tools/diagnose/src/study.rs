@@ -6,15 +6,12 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, InputError, Series, adequacy};
-use crate::between_samples::BetweenSamples;
+use crate::adequacy::{Adequacy, Series, adequacy};
 use crate::common_motion::own_rms;
-use crate::drawn_error::DrawnError;
 use crate::error::DiagnoseError;
-use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
+use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
-use crate::remainder::remainder;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
@@ -37,9 +34,6 @@ pub(crate) struct Study {
     /// Lowest and highest frequency of the model, hertz.
     pub(crate) slowest_hz: Option<f64>,
     pub(crate) fastest_hz: Option<f64>,
-    /// What errors of the recorded inputs do, recording by recording, training recordings first; empty before
-    /// it was looked for.
-    pub(crate) input_errors: Vec<Option<DrawnError>>,
 }
 
 /// A model on all recordings.
@@ -79,7 +73,6 @@ impl Study {
             colours: vec![None; model.output_columns().len()],
             slowest_hz,
             fastest_hz,
-            input_errors: Vec::new(),
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
         let by_side_file = train.iter().map(|recording| (recording, recording.role.unwrap_or(Role::Train)));
@@ -346,50 +339,6 @@ impl Study {
         pairs.into_iter().any(|(now, before)| now.rms < 0.85 * before.rms)
     }
 
-    /// Draws errors as the recorded inputs have them, and what they do to a linear machine.
-    pub(crate) fn draw_input_errors(&mut self, machine: &Hypothesis) {
-        let machine = machine.without_laws();
-        let records = self.train.iter().chain(&self.held_out);
-        self.input_errors = records.map(|record| DrawnError::of(record, &machine)).collect();
-    }
-
-    /// What errors of the recorded input are in one part.
-    fn input_error_of(
-        &self,
-        on_all: &OnAll,
-        part: &OutputResidual<'_>,
-        floor: NoiseSource,
-    ) -> Option<InputError> {
-        let mut records = self.train.iter().chain(&self.held_out);
-        let number = records.position(|record| std::ptr::eq(record, part.record))?;
-        let drawn = self.input_errors.get(number)?.as_ref()?;
-        let (role, index, fits) = match number.checked_sub(self.train.len()) {
-            None => (Role::Train, number, &on_all.train),
-            Some(index) => (Role::HeldOut, index, &on_all.held_out),
-        };
-        drawn.on((&self.stack(role), index), fits.get(index)?, part.output, floor)
-    }
-
-    /// The same recordings with what modes beyond those of `model` add freed; `None` where nothing drives
-    /// them.
-    pub(crate) fn with_remainders(&self, model: &Model) -> Option<Self> {
-        let mut study = self.clone();
-        for record in study.train.iter_mut().chain(&mut study.held_out) {
-            record.remainder = Some(remainder(record, model, self.fastest_hz)?);
-        }
-        Some(study)
-    }
-
-    /// The same recordings with another guess of what their inputs do between samples; `None` where that is
-    /// not asked.
-    pub(crate) fn between(&self, between: BetweenSamples, model: &Model) -> Option<Self> {
-        let mut study = self.clone();
-        for record in study.train.iter_mut().chain(&mut study.held_out) {
-            *record = record.between(between, model, self.fastest_hz)?;
-        }
-        Some(study)
-    }
-
     /// The tests of every output of every recording, training first.
     pub(crate) fn adequacies(&self, on_all: &OnAll, floors: &[Option<NoiseFloor>]) -> Vec<(Role, Adequacy)> {
         let mut tests = Vec::new();
@@ -410,7 +359,6 @@ impl Study {
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
-                    input_error: self.input_error_of(on_all, &part, floor.source),
                 };
                 tests.push((part.record.role, adequacy(&series)));
             }

@@ -80,12 +80,6 @@ impl Rerun {
         Self { every: self.every * nth, unseen, ..self.clone() }
     }
 
-    /// The same under another input, of which there are as many samples.
-    #[must_use]
-    pub fn with_input(&self, samples: Vec<f64>) -> Self {
-        Self { input: samples, unseen: None, ..self.clone() }
-    }
-
     /// The same, driven `factor` times as hard.
     pub fn scaled(&self, factor: f64) -> Self {
         let times = |samples: &[f64]| samples.iter().map(|value| factor * value).collect::<Vec<f64>>();

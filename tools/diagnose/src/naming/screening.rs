@@ -1,7 +1,5 @@
 //! The screen: one law at a time, by simulation at the fitted model, what the model could absorb taken out.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::Motion;
@@ -493,23 +491,12 @@ pub(crate) fn small_effect(
     candidate: &Candidate,
     trial: &Trial,
 ) -> Option<(f64, Vec<f64>)> {
-    small_effect_on(stack, fitted, candidate, trial, 0..fitted.records.len())
-}
-
-/// The same on some of the recordings.
-pub(crate) fn small_effect_on(
-    stack: &Stack<'_>,
-    fitted: &Fitted,
-    candidate: &Candidate,
-    trial: &Trial,
-    records: Range<usize>,
-) -> Option<(f64, Vec<f64>)> {
     let whole = |size: f64| -> Option<Vec<f64>> {
-        let parts = records.clone().map(|record| effect(stack, fitted, candidate, trial, size, record));
+        let parts =
+            (0..fitted.records.len()).map(|record| effect(stack, fitted, candidate, trial, size, record));
         Some(parts.collect::<Option<Vec<Vec<f64>>>>()?.concat())
     };
-    let samples: usize = fitted.records[records.clone()].iter().map(|record| record.residuals.len()).sum();
-    let target = (samples as f64).sqrt();
+    let target = (stack.present() as f64).sqrt();
     let mut size = 1.0;
     for _ in 0..ROUNDS {
         let found = whole(size)?;

@@ -45,19 +45,6 @@ pub(crate) struct Selection {
 }
 
 impl Selection {
-    /// No law beside the refitted model, and none looked for.
-    pub(crate) fn nothing(refitted: &Fitted, held_out: Vec<RecordFit>) -> Self {
-        Self {
-            chosen: Member { laws: Vec::new(), fitted: refitted.clone(), held_out },
-            screened: Vec::new(),
-            tried: Vec::new(),
-            rivals: Vec::new(),
-            judged: Vec::new(),
-            left_out: Vec::new(),
-            explained_share: None,
-        }
-    }
-
     /// Whether a set of these laws, in whatever order they were added, is a rival already.
     pub(crate) fn has_rival(&self, laws: &[usize]) -> bool {
         self.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(laws))

@@ -20,8 +20,6 @@ pub(crate) struct Line {
     pub(crate) frequency_hz: f64,
     /// Chance that any ordinate of noise stands out as much.
     pub(crate) p: f64,
-    /// Share of the power of the series, its slope taken out, that stands out of the noise beside it.
-    pub(crate) share: f64,
 }
 
 /// The line that stands out most; `None` where the series is too short for one, or nothing.
@@ -36,7 +34,7 @@ pub(crate) fn strongest_line(series: &[f64], rate_hz: f64) -> Option<Line> {
     let power = periodogram(&flattened(series));
     let range = SPILLED_INTO..power.len() - SPILLED_INTO;
     let count = range.len() as f64;
-    let of_one = |k: usize| -> Option<(f64, f64)> {
+    let of_one = |k: usize| -> Option<f64> {
         let below = k.saturating_sub(SPILLED_INTO + NEIGHBOURS)..k.saturating_sub(SPILLED_INTO);
         let above = k + SPILLED_INTO + 1..(k + SPILLED_INTO + 1 + NEIGHBOURS).min(power.len());
         // The louder side counts: on the flank of a broad resonance the other one is no measure.
@@ -46,13 +44,11 @@ pub(crate) fn strongest_line(series: &[f64], rate_hz: f64) -> Option<Line> {
         let (below, above) = (&power[below], &power[above]);
         let sides = [below, above].map(|side| mean(side).map(|mean| (mean, side.len() as f64)));
         let (mean, m) = sides.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (mean > 0.0).then(|| ((1.0 + power[k] / mean / m).powf(-m), mean))
+        (mean > 0.0).then(|| (1.0 + power[k] / mean / m).powf(-m))
     };
     let ordinates = range.filter_map(|k| Some((k, of_one(k)?)));
-    let (k, (p, mean)) = ordinates.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
-    let line = power[k - SPILLED_INTO..=k + SPILLED_INTO].iter().map(|power| (power - mean).max(0.0));
-    let share = line.sum::<f64>() / power.iter().sum::<f64>();
-    Some(Line { frequency_hz: k as f64 * rate_hz / n as f64, p: (count * p).min(1.0), share })
+    let (k, p) = ordinates.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    Some(Line { frequency_hz: k as f64 * rate_hz / n as f64, p: (count * p).min(1.0) })
 }
 
 /// The series without its level, and without the slope of its spectrum: what of each sample the one before it foretells taken out.

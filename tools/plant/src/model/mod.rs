@@ -177,7 +177,7 @@ impl Model {
     }
 
     /// The servo between setpoint and base, if the model has one and its input passes through it.
-    pub fn servo(&self) -> Option<&crate::drive::ServoDrive> {
+    pub(crate) fn servo(&self) -> Option<&crate::drive::ServoDrive> {
         let drive = match self {
             Self::BeamOnBase(model) => model.drive.as_ref(),
             Self::Modal(model) => model.drive.as_ref(),

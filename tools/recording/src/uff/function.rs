@@ -158,6 +158,9 @@ impl Axis {
     }
 }
 
+/// Columns of an axis' name.
+const NAME_WIDTH: usize = 20;
+
 /// An axis: its name stands in columns 27 to 46 and its unit in 48 to 67.
 ///
 /// A writer that counts bytes puts the unit some characters to the left where the name holds others than ASCII: the
@@ -165,10 +168,10 @@ impl Axis {
 fn axis(record: &str, data_type: i64) -> Axis {
     let more: usize = record.chars().take(46).map(|character| character.len_utf8() - 1).sum();
     let blank = |column: usize| field(record, column, 1).trim().is_empty();
-    let shift = (0..=more).find(|shift| blank(46 - shift)).unwrap_or(0);
+    let shift = (0..=more.min(NAME_WIDTH)).find(|shift| blank(46 - shift)).unwrap_or(0);
     Axis {
         data_type,
-        label: field(record, 26, 20 - shift).trim().to_owned(),
+        label: field(record, 26, NAME_WIDTH - shift).trim().to_owned(),
         unit_label: field(record, 47 - shift, 20).trim().to_owned(),
     }
 }
@@ -202,4 +205,20 @@ fn layout(record: &str, line: u64) -> Result<Layout, UffProblem> {
         start: number(30, "abscissa's minimum")?,
         step: number(43, "abscissa's increment")?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_of_any_characters_has_a_name_and_a_unit() {
+        for character in ['x', 'µ', '加', '🎚'] {
+            for count in 0..90 {
+                let record: String = std::iter::repeat_n(character, count).collect();
+                let axis = axis(&record, 8);
+                assert!(axis.label.chars().count() <= NAME_WIDTH && axis.unit_label.chars().count() <= 20);
+            }
+        }
+    }
 }

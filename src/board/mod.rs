@@ -9,7 +9,7 @@
 //! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |
-//! | tick | TIM2 update interrupt, priority 1: nothing comes before it but a byte that comes and short critical sections |
+//! | tick | TIM2 update interrupt, priority 1: only a byte that comes and masked sections go before it |
 //! | ticks counted in hardware | TIM9, by TIM2's updates |
 //! | watchdog | IWDG |
 //! | bytes that come | USART1 interrupt, priority 0: a byte waits for nobody |

@@ -57,8 +57,8 @@ impl AmplitudeChange {
     }
 }
 
-/// Standard errors from which a change counts, and where the course of a decay is known to bend: only what bends is then
-/// asked.
+/// Standard errors from which a change counts, and where the course of a decay is known to bend: only what
+/// bends is then asked.
 pub(crate) const CLEAR: f64 = 4.0;
 pub(crate) const CLEAR_WHERE_BENT: f64 = 2.0;
 /// Shares of frequency and of damping from which it matters to a shaper.

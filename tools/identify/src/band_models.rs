@@ -76,8 +76,8 @@ impl Values<'_> {
         Some((found.sum_of_squares, factors))
     }
 
-    /// The values before the amplitude first comes near the floor that the last tenth holds: beyond it phases turn
-    /// at random. All of them where few would be left.
+    /// The values before the amplitude first comes near the floor that the last tenth holds: beyond it phases
+    /// turn at random. All of them where few would be left.
     fn above_noise(&self) -> Values<'_> {
         let size: Vec<f64> = self.amplitude.iter().map(|z| z.norm()).collect();
         let mut last = size[size.len() - size.len().div_ceil(10)..].to_vec();

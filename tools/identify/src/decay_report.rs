@@ -158,8 +158,8 @@ fn survey_of_replica(
     survey_decay_again(&again.without_mean(), again.interval_s, survey, &modes_hz)
 }
 
-/// One mode, its second opinions, its course over amplitude; what its length and its changes call for saying; and what
-/// it explains more if it may bend.
+/// One mode, its second opinions, its course over amplitude; what its length and its changes call for saying;
+/// and what it explains more if it may bend.
 fn identified_mode(
     record: &DecayRecord,
     refined: &Refined,

@@ -208,8 +208,8 @@ fn identify_from(
             let (mut found, more_by_bending) =
                 report(ringing, &record, &minimum, &refined, (&parts, survey), &uniform, (options, rejected));
             found.shapes = shapes;
-            // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to read the
-            // decay from elsewhere.
+            // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to
+            // read the decay from elsewhere.
             let bent = (refined.residual_rms().powi(2) - more_by_bending).max(0.0).sqrt();
             let left = bent.min(left_by_all.unwrap_or(f64::INFINITY));
             return Ok(Attempt {

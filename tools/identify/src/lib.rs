@@ -4,7 +4,8 @@
 //! * a **forced record**, such as a sweep of the base: [`identify_forced`] fits the whole time record by
 //!   output error, from a free initial state;
 //! * a **free decay**: [`identify_free_decay`] fits a sum of damped sinusoids from the peak of the ring-down;
-//! * a record **under noise, traffic or wind**: [`identify_output_only`] reads the covariances of the outputs.
+//! * a record **under noise, traffic or wind**: [`identify_output_only`] reads the covariances of the
+//!   outputs.
 //!
 //! [`recognise`] says what a record without an input is. All choose the number of modes themselves unless
 //! told, report standard errors that stay honest when the noise is coloured, look at every mode a second way

@@ -138,8 +138,8 @@ impl IdentifiedMode {
         self
     }
 
-    /// Gives the mode its course over amplitude, what changes there by more than `clear` standard errors (`None` where
-    /// nothing is known to change), and the box.
+    /// Gives the mode its course over amplitude, what changes there by more than `clear` standard errors
+    /// (`None` where nothing is known to change), and the box.
     pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>, clear: Option<f64>) -> Self {
         self.amplitude_changes =
             clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();

@@ -14,8 +14,8 @@ const FEW: f64 = 0.01;
 
 /// Rows of the wild samples; none where they are so many that they are the signal.
 ///
-/// Noise with heavy tails has samples at every distance; those that stand out of it are beyond a limit that hardly more
-/// exceed by half.
+/// Noise with heavy tails has samples at every distance; those that stand out of it are beyond a limit that
+/// hardly more exceed by half.
 pub(crate) fn wild_samples(values: &[f64]) -> Vec<usize> {
     let outlying: Vec<(usize, f64)> = (0..values.len())
         .filter_map(|k| Some((k, outside(values, k)?)))
@@ -36,7 +36,8 @@ pub(crate) fn wild_samples(values: &[f64]) -> Vec<usize> {
     }
 }
 
-/// By how many ranges of the samples around it a sample lies outside them; `None` inside, and where it starts something.
+/// By how many ranges of the samples around it a sample lies outside them; `None` inside, and where it starts
+/// something.
 fn outside(values: &[f64], k: usize) -> Option<f64> {
     let (from, to) = (k.saturating_sub(AROUND), (k + AROUND + 1).min(values.len()));
     let mut around: Vec<f64> = (from..to).filter(|other| *other != k).map(|other| values[other]).collect();

@@ -1,9 +1,11 @@
-//! One textbook shaper for an axis, beside the others: what motion controllers that run one shaper an axis are set to.
+//! One textbook shaper for an axis, beside the others: what motion controllers that run one shaper an axis
+//! are set to.
 //!
-//! An axis may have several modes while its controller takes one shaper. Of every type the frequency is searched at which the
-//! vibration that the axis keeps is least. That is Σ_i s_i max V_i, with V_i the residual of mode i (Singer and Seering 1990,
-//! eq. 9), its maximum over the mode's box, and s_i the mode's share of the unshaped vibration. Nothing can hide behind the
-//! nominal modes then: a frequency at which a higher mode happens to be stilled costs what it leaves over that mode's box.
+//! An axis may have several modes while its controller takes one shaper. Of every type the frequency is
+//! searched at which the vibration that the axis keeps is least. That is Σ_i s_i max V_i, with V_i the
+//! residual of mode i (Singer and Seering 1990, eq. 9), its maximum over the mode's box, and s_i the mode's
+//! share of the unshaped vibration. Nothing can hide behind the nominal modes then: a frequency at which a
+//! higher mode happens to be stilled costs what it leaves over that mode's box.
 
 use stillbeam_firmware::shaper::design::single_mode;
 use stillbeam_firmware::shaper::residual::residual_vibration;
@@ -67,7 +69,8 @@ pub struct AxisComparison {
 const BEYOND: (f64, f64) = (0.7, 1.3);
 /// Ratio of neighbouring frequencies in the first search: no lobe of a shaper's residual is as narrow.
 const FIRST_RATIO: f64 = 1.01;
-/// Steps to each side of the best frequency in every search after the first, which together span the last one's step.
+/// Steps to each side of the best frequency in every search after the first, which together span the last
+/// one's step.
 const FINER: i32 = 8;
 /// Searches after the first: frequencies to 1e-5 of themselves.
 const REFINEMENTS: u32 = 3;
@@ -78,8 +81,8 @@ impl AxisComparison {
     /// Compares every textbook type on an axis with these modes, at least one.
     ///
     /// # Errors
-    /// [`ShapeError::NoModes`]; [`ShapeError::Weight`] for a weight that is not above 0; [`ShapeError::ModeBox`] where no type can be
-    /// set to any frequency near the modes.
+    /// [`ShapeError::NoModes`]; [`ShapeError::Weight`] for a weight that is not above 0;
+    /// [`ShapeError::ModeBox`] where no type can be set to any frequency near the modes.
     pub fn new(modes: &[AxisMode], request: &AxisRequest) -> Result<Self, ShapeError> {
         let heaviest =
             modes.iter().max_by(|a, b| a.weight.total_cmp(&b.weight)).ok_or(ShapeError::NoModes)?;
@@ -115,8 +118,8 @@ impl AxisShaper {
     }
 }
 
-/// The shaper within the tolerance that allows the largest acceleration, or else the one that leaves least; and which of the two
-/// it is.
+/// The shaper within the tolerance that allows the largest acceleration, or else the one that leaves least;
+/// and which of the two it is.
 fn choice(shapers: &[AxisShaper], tolerance: f64) -> Option<(AxisShaper, bool)> {
     let quickest = shapers
         .iter()
@@ -156,7 +159,8 @@ fn axis_residual(shaper: &Mode, modes: &[AxisMode]) -> f64 {
     modes.iter().map(|mode| mode.weight / whole * worst_in_box(shaper, &mode.area)).sum()
 }
 
-/// The largest residual over a box, seen at its frequencies for the lowest, the nominal and the highest damping ratio.
+/// The largest residual over a box, seen at its frequencies for the lowest, the nominal and the highest
+/// damping ratio.
 fn worst_in_box(shaper: &Mode, area: &ModeBox) -> f64 {
     let [low_hz, high_hz] = area.frequency_hz();
     let [low, high] = area.damping_ratio();

@@ -1,15 +1,17 @@
 //! How far a shaper takes a path off its corners, and the acceleration at which that is as much as may be.
 //!
-//! A shaper averages the command over its impulses, so the setpoint cuts corners. With the impulses A_i at T_i, their mean
-//! time T = Σ A_i T_i, and τ_i = T_i − T, two corners are taken at the instant at which the shaped path is abreast of them:
+//! A shaper averages the command over its impulses, so the setpoint cuts corners. With the impulses A_i at
+//! T_i, their mean time T = Σ A_i T_i, and τ_i = T_i − T, two corners are taken at the instant at which the
+//! shaped path is abreast of them:
 //!
 //! - a reversal, x = ½ a t² about its turning point, is short of it by ½ a Σ A_i τ_i²;
-//! - a right angle between two axes shaped alike, each braking from the corner speed v to rest at the corner or leaving it in
-//!   the same way: each axis is off by Σ_{τ_i ≥ 0} A_i (v τ_i + ½ a τ_i²), and the path by √2 of that.
+//! - a right angle between two axes shaped alike, each braking from the corner speed v to rest at the corner
+//!   or leaving it in the same way: each axis is off by Σ_{τ_i ≥ 0} A_i (v τ_i + ½ a τ_i²), and the path by
+//!   √2 of that.
 //!
-//! The larger of the two is the *corner deviation*. Motion controllers for printers call it smoothing, and what they recommend as
-//! the largest acceleration is that with a deviation of 0.12 mm at a corner speed of 5 mm/s (Klipper documentation, "Resonance
-//! compensation" and "Measuring resonances").
+//! The larger of the two is the *corner deviation*. Motion controllers for printers call it smoothing, and
+//! what they recommend as the largest acceleration is that with a deviation of 0.12 mm at a corner speed of 5
+//! mm/s (Klipper documentation, "Resonance compensation" and "Measuring resonances").
 
 use stillbeam_firmware::shaper::design::Impulse;
 
@@ -57,15 +59,16 @@ impl ImpulseSpread {
         spread
     }
 
-    /// The corner deviation at an acceleration in metres per second squared and a corner speed in metres per second, in metres.
+    /// The corner deviation at an acceleration in metres per second squared and a corner speed in metres per
+    /// second, in metres.
     pub fn corner_deviation_m(&self, acceleration_m_s2: f64, speed_m_s: f64) -> f64 {
         let reversal_m = 0.5 * acceleration_m_s2 * self.second_s2;
         let one_axis_m = speed_m_s * self.later_first_s + 0.5 * acceleration_m_s2 * self.later_second_s2;
         reversal_m.max(std::f64::consts::SQRT_2 * one_axis_m)
     }
 
-    /// The largest acceleration with which the corner deviation stays within the bound, in metres per second squared: 0 where the
-    /// corner speed alone exceeds it, infinite for a single impulse.
+    /// The largest acceleration with which the corner deviation stays within the bound, in metres per second
+    /// squared: 0 where the corner speed alone exceeds it, infinite for a single impulse.
     pub fn largest_acceleration_m_s2(&self, corner: &Corner) -> f64 {
         let one_axis_m =
             corner.deviation_m / std::f64::consts::SQRT_2 - corner.speed_m_s * self.later_first_s;

@@ -1,13 +1,14 @@
 //! What a shaper leaves of a measured power spectrum, as controllers of printers count it.
 //!
-//! People know one number for a shaper from Klipper's calibration: its remaining vibrations. With the power density P(f) of the
-//! axis' acceleration and the residual V(f, ζ) (Singer and Seering 1990, eq. 9) it is
+//! People know one number for a shaper from Klipper's calibration: its remaining vibrations. With the power
+//! density P(f) of the axis' acceleration and the residual V(f, ζ) (Singer and Seering 1990, eq. 9) it is
 //!
 //! > max over ζ of  Σ_f max(0, V(f, ζ) P(f) − P_max/20)  /  Σ_f max(0, P(f) − P_max/20),
 //!
-//! with ζ from a fixed list, since a spectrum of one sweep does not tell damping (Klipper documentation, "Resonance compensation": a
-//! twentieth of the largest vibration is taken as harmless). It weighs power, not amplitude, and includes whatever the sweep itself
-//! put in, so it is a convention to compare by rather than a forecast.
+//! with ζ from a fixed list, since a spectrum of one sweep does not tell damping (Klipper documentation,
+//! "Resonance compensation": a twentieth of the largest vibration is taken as harmless). It weighs power, not
+//! amplitude, and includes whatever the sweep itself put in, so it is a convention to compare by rather than
+//! a forecast.
 
 use stillbeam_firmware::shaper::Mode;
 use stillbeam_firmware::shaper::design::single_mode;
@@ -18,8 +19,8 @@ pub const SHARE_DAMPING_RATIOS: [f64; 3] = [0.075, 0.1, 0.15];
 /// The part of the largest density below which vibration is harmless.
 const HARMLESS: f64 = 1.0 / 20.0;
 
-/// The share that a shaper leaves of a one-sided power density on an even grid, pairs of hertz and density; `None` where there is
-/// no power.
+/// The share that a shaper leaves of a one-sided power density on an even grid, pairs of hertz and density;
+/// `None` where there is no power.
 pub fn spectrum_share(shaper: &Mode, spectrum: &[(f64, f64)]) -> Option<f64> {
     let largest = spectrum.iter().map(|(_, density)| *density).fold(0.0, f64::max);
     let threshold = HARMLESS * largest;

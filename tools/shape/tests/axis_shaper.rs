@@ -34,8 +34,8 @@ fn wider_boxes_call_for_slower_shapers() {
     assert!(best[4].largest_acceleration_m_s2 < 0.5 * best[0].largest_acceleration_m_s2);
 }
 
-/// Klipper's documentation, "Resonance compensation", lists for every type the largest deviation of the frequency that leaves at most
-/// 5 % of the vibration, such as ±5 % for ZV and ±20 % for EI.
+/// Klipper's documentation, "Resonance compensation", lists for every type the largest deviation of the
+/// frequency that leaves at most 5 % of the vibration, such as ±5 % for ZV and ±20 % for EI.
 #[test]
 fn types_cover_the_deviations_that_printers_documentation_states() {
     for (kind, fraction) in [(ShaperType::Zv, 0.03), (ShaperType::Ei, 0.2), (ShaperType::Ei2, 0.35)] {
@@ -57,7 +57,8 @@ fn an_axis_without_modes_or_with_a_weightless_one_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// No frequency of a fine grid leaves less than the one that was found, and the choice is what its definition says.
+    /// No frequency of a fine grid leaves less than the one that was found, and the choice is what its
+    /// definition says.
     #[test]
     fn every_type_stands_at_its_best_frequency(
         first_hz in 15.0..60.0_f64, ratio in 1.1..3.0_f64, zeta in 0.01..0.15_f64,

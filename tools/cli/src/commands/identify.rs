@@ -39,8 +39,8 @@ pub struct IdentifyArgs {
     /// The column that drives the structure; without it, the record itself says what it is
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The column that responds; by default the tip's, or the only one there is. Without an input several, with commas
-    /// between, which give shapes
+    /// The column that responds; by default the tip's, or the only one there is. Without an input several,
+    /// with commas between, which give shapes
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
     #[command(flatten)]

@@ -186,7 +186,8 @@ fn of_band(
         .picks
         .iter()
         .filter_map(|pick| {
-            // The order whose pole is nearest the middle of the pick, of those that shortened records bear out.
+            // The order whose pole is nearest the middle of the pick, of those that shortened records bear
+            // out.
             let middle = pick.pole();
             let mut places: Vec<(usize, &Vec<OrderPole>, OrderPole)> = orders
                 .iter()
@@ -225,8 +226,8 @@ struct Shortened<'s> {
 }
 
 impl Shortened<'_> {
-    /// Frequency and damping with their standard errors by the jackknife; `None` for a pole that shortened records
-    /// lack.
+    /// Frequency and damping with their standard errors by the jackknife; `None` for a pole that shortened
+    /// records lack.
     fn estimates(&mut self, order: usize, pole: &ContinuousPole) -> Option<[Estimate; 2]> {
         let all = self
             .by_order

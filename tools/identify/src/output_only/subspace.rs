@@ -97,7 +97,8 @@ impl Subspace {
         Some(Self { observability, outputs: covariances.outputs(), interval_s })
     }
 
-    /// The first `kept` columns of the same of covariances that hardly differ: subspace iteration from this range.
+    /// The first `kept` columns of the same of covariances that hardly differ: subspace iteration from this
+    /// range.
     pub(super) fn near(&self, covariances: &Covariances, kept: usize) -> Option<Self> {
         let hankel = hankel(covariances)?;
         let mut range = self.observability.columns(0, kept.min(self.observability.ncols())).into_owned();

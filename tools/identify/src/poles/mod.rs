@@ -6,7 +6,7 @@
 //! | least-squares complex exponential | impulse response or free decay | noise damps it: the equations are not weighted by the noise |
 //! | least-squares complex frequency (pLSCF of one input) | frequency response | leakage: without noise it misses the damping of a record shorter than the decay by tens of percent |
 //! | local rational | spectra of the whole record | noise on narrow resonances; a second mode within the window |
-//! | covariance-driven subspace | outputs under excitation without a pattern | a line of the excitation is a mode to it |
+//! | covariance-driven subspace | outputs, random excitation | a line of the excitation is a mode to it |
 //! | eigensystem realisation | free decay | noise damps weak modes; amplitude dependence |
 //!
 //! [`survey_forced`] and [`survey_decay`] run all that apply and return poles of one type.

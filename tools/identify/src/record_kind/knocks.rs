@@ -14,7 +14,8 @@ use crate::poles::decimated;
 const PER_PERIOD: f64 = 8.0;
 /// Order of the autoregression.
 const ORDER: usize = 12;
-/// Samples over which errors of the prediction count together: beneath noise a knock is not foreseen for a while.
+/// Samples over which errors of the prediction count together: beneath noise a knock is not foreseen for a
+/// while.
 const TOGETHER: usize = 6;
 /// Usual errors beyond which their norm is no chance: of noise it is more once in ten million instants.
 const UNFORESEEN: f64 = 6.7;

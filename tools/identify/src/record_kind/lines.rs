@@ -5,8 +5,8 @@ use rustfft::num_complex::Complex64;
 
 use crate::narrow_band::WholeSpectrum;
 
-/// Share of the energy that the lines of a tone hold, the share from which there is nothing else, and bins of the whole
-/// record around each.
+/// Share of the energy that the lines of a tone hold, the share from which there is nothing else, and bins of
+/// the whole record around each.
 const OF_TONE: f64 = 0.5;
 pub(super) const ALONE: f64 = 0.9;
 const BINS: usize = 2;
@@ -75,8 +75,8 @@ pub(super) fn repeats_every_s(signal: &[f64], interval_s: f64) -> Option<f64> {
     Some(period as f64 * interval_s)
 }
 
-/// Whether a likeness comes back after every multiple of a lag, one at least: what rings is like itself once or twice
-/// later, and ever less.
+/// Whether a likeness comes back after every multiple of a lag, one at least: what rings is like itself once
+/// or twice later, and ever less.
 fn goes_on(alike: &[f64], lag: usize) -> bool {
     let most = (alike.len() - 1) / lag;
     most > 1
@@ -119,7 +119,8 @@ fn equally_loud(signal: &[f64]) -> Vec<f64> {
     bins.iter().map(|bin| bin.re / rows as f64).collect()
 }
 
-/// Correlation of a signal with itself by lag, each over the part that both have, up to three quarters of its length.
+/// Correlation of a signal with itself by lag, each over the part that both have, up to three quarters of its
+/// length.
 fn self_likeness(signal: &[f64]) -> Vec<f64> {
     let rows = signal.len();
     let length = (2 * rows).next_power_of_two();

@@ -1,14 +1,14 @@
 //! Which kind of record it is, where nobody says what drove it.
 //!
 //! Five features of the signal alone decide, in this order:
-//! 1. **A line that drifts** ([`ridge`]): in the spectrogram, every frequency set against its own median over time, a
-//!    sweep is a straight line over time or over its logarithm.
-//! 2. **Knocks** ([`knocks`]): instants that the record's own autoregression does not foresee and after which it rings
-//!    louder; two or more are a record of several knocks.
+//! 1. **A line that drifts** ([`ridge`]): in the spectrogram, every frequency set against its own median over
+//!    time, a sweep is a straight line over time or over its logarithm.
+//! 2. **Knocks** ([`knocks`]): instants that the record's own autoregression does not foresee and after which
+//!    it rings louder; two or more are a record of several knocks.
 //! 3. **The course of the loudness** ([`course`]): a decay falls and does not come back, and a few decaying
 //!    oscillations explain it.
-//! 4. **Repetition** ([`lines`]): one steady line that, with its harmonics, holds all of what goes on is a tone. With every
-//!    frequency made equally loud, a multisine is like itself one period later, and two.
+//! 4. **Repetition** ([`lines`]): one steady line that, with its harmonics, holds all of what goes on is a
+//!    tone. With every frequency made equally loud, a multisine is like itself one period later, and two.
 //! 5. A line that holds the larger part of what goes on is a tone, too, and all else random.
 
 mod course;
@@ -131,7 +131,8 @@ pub(crate) fn recognise_signal(time_s: &[f64], values: &[f64]) -> Recognised {
         let knocks_s = knocks.iter().map(|t| t + origin_s).collect();
         return Recognised { knocks_s, ..Recognised::of(RecordKind::Pulse) };
     }
-    // Before what repeats: without noise a decay is nothing but its lines, and they repeat as long as they last.
+    // Before what repeats: without noise a decay is nothing but its lines, and they repeat as long as they
+    // last.
     if course::is_decay(&signal, interval_s) {
         return Recognised::of(RecordKind::FreeDecay);
     }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use clap::{Args, ValueEnum};
 use stillbeam_recording::{
-    ColumnChoice, Format, ReadOptions, Recording, Separator, TimeBase, read_recording,
+    ColumnChoice, Format, Measurement, ReadOptions, Recording, Separator, TimeBase, read_measurement,
+    read_recording,
 };
 
 use crate::error::CliError;
@@ -50,28 +51,52 @@ impl ReadArgs {
     /// Reads a recording in any format, and says what was left out of it.
     ///
     /// # Errors
-    /// [`CliError::Usage`] for a rate that is none, [`CliError::Recording`] for the file.
+    /// [`CliError::Usage`] for a rate that is none, [`CliError::Recording`] for the file, also where it holds
+    /// no signals over time.
     pub fn read(&self, path: &Path, streams: &mut Streams<'_>) -> Result<Recording, CliError> {
+        let imported = read_recording(path, &self.options()?)?;
+        tell(path, imported.format, &imported.remarks, streams);
+        Ok(imported.recording)
+    }
+
+    /// Reads whatever a file holds, signals over time or functions of frequency, and says what was left out.
+    ///
+    /// # Errors
+    /// As [`Self::read`], but for functions of frequency.
+    pub fn measurement(&self, path: &Path, streams: &mut Streams<'_>) -> Result<Measurement, CliError> {
+        let measurement = read_measurement(path, &self.options()?)?;
+        match &measurement {
+            Measurement::Recording(imported) => tell(path, imported.format, &imported.remarks, streams),
+            Measurement::Spectra(spectra) => {
+                tell(path, spectra.format, &spectra.remarks, streams);
+                streams.say(&format!("{}: {}", path.display(), spectra.words()));
+            }
+        }
+        Ok(measurement)
+    }
+
+    fn options(&self) -> Result<ReadOptions, CliError> {
         let interval = self.sample_rate.map(|rate_hz| match rate_hz {
             rate_hz if rate_hz > 0.0 && rate_hz.is_finite() => Ok(TimeBase::IntervalS(1.0 / rate_hz)),
             _ => Err(CliError::Usage(format!("--sample-rate {rate_hz} is no rate; give a number above 0"))),
         });
-        let options = ReadOptions {
+        Ok(ReadOptions {
             format: self.format,
             time: interval.transpose()?.or_else(|| self.time.clone()),
             columns: self.columns.clone(),
             skip_lines: self.skip_lines,
             separator: self.separator,
             decimal_comma: self.decimal.map(|sign| sign == Decimal::Comma),
-        };
-        let imported = read_recording(path, &options)?;
-        let name = path.display();
-        if imported.format != Format::Csv {
-            streams.say(&format!("{name}: read as {}", imported.format));
-        }
-        for remark in &imported.remarks {
-            streams.say(&format!("{name}: {remark}"));
-        }
-        Ok(imported.recording)
+        })
+    }
+}
+
+fn tell(path: &Path, format: Format, remarks: &[String], streams: &mut Streams<'_>) {
+    let name = path.display();
+    if format != Format::Csv {
+        streams.say(&format!("{name}: read as {format}"));
+    }
+    for remark in remarks {
+        streams.say(&format!("{name}: {remark}"));
     }
 }

@@ -49,5 +49,5 @@ fn options_state_what_a_table_leaves_open() {
     refused(&common, &["no column is a time", "--time", "--sample-rate"]);
     refused(&["convert", &log, "-", "--separator", "x"], &["`x` is no separator"]);
     let spectrum = file(&folder, "s.csv", "freq,psd_x\n0,1\n1,2\n2,3\n3,4\n");
-    refused(&["identify", &spectrum], &["power spectral density", "raw_data"]);
+    refused(&["convert", &spectrum, "-"], &["power spectral density", "raw_data"]);
 }

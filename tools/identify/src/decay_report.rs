@@ -16,7 +16,7 @@ use crate::noise::Refined;
 use crate::poles::{Survey, survey_decay_again};
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, RecordFit, Rejected,
-    SCHEMA_VERSION, UncertaintyBox,
+    SCHEMA_VERSION, UncertaintyBox, fit_percent,
 };
 use crate::ringing::{DecayRecord, Ringing};
 use crate::second_opinions::{Opinions, replica};
@@ -110,6 +110,7 @@ pub(crate) fn report(
             rows: n,
             offset,
             residual_rms: refined.residual_rms(),
+            fit_percent: fit_percent(&record.output, refined.residual_rms()),
             window_s,
         }],
         noise: refined.noise,
@@ -117,6 +118,7 @@ pub(crate) fn report(
         rejected,
         residual_rms: refined.residual_rms(),
         window_s,
+        band_hz: None,
         stop_reason: minimum.stop_reason,
         warnings: merged(warnings),
         fit: FitTrace {

@@ -150,6 +150,32 @@ pub enum IdentifyError {
         /// What to do.
         remedy: String,
     },
+    /// A function of frequency was asked for that the file does not hold.
+    #[error("{file}: there is no spectrum `{name}`; it holds {}", known.join(", "))]
+    NoSuchSpectrum {
+        /// The file.
+        file: String,
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// The response is none to the sweep that was stated.
+    #[error(
+        "{recording}: column `{column}` is no answer to a sweep from {from_hz} to {to_hz} Hz: it keeps step with {coherent_percent:.0} % of it; check its ends, its rate or length and whether it is exponential (--sweep FROM,TO,RATE_OR_SECONDS[,exponential])"
+    )]
+    SweepNotFound {
+        /// Name of the recording.
+        recording: String,
+        /// The output column.
+        column: String,
+        /// First frequency of the sweep, Hz.
+        from_hz: f64,
+        /// Last frequency of the sweep, Hz.
+        to_hz: f64,
+        /// Correlation of the best alignment, percent.
+        coherent_percent: f64,
+    },
     /// An option is out of its range.
     #[error("option `{option}` is {value}; {remedy}")]
     BadOption {

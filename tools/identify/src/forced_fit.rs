@@ -9,13 +9,15 @@
 
 use stillbeam_recording::Recording;
 
+use crate::died_away::until_died_away;
 use crate::error::IdentifyError;
 use crate::forced_record::ForcedRecord;
 use crate::forced_report::report;
 use crate::forced_start::Starts;
+use crate::in_band::in_band;
 use crate::interpolation::InputInterpolation;
 use crate::modal_response::{InputKind, OutputQuantity};
-use crate::model_choice::choose;
+use crate::model_choice::{Chosen, choose};
 use crate::result::IdentifiedModes;
 
 /// The most modes that are looked for or can be asked for.
@@ -37,7 +39,8 @@ pub struct ForcedOptions {
     /// What the input does between its samples.
     pub interpolation: InputInterpolation,
     /// Lets the output come later than the input by at most plus and minus this many seconds, where the record calls
-    /// for a delay; 0 allows none. That much is left out at either end of the record.
+    /// for a delay; 0 allows none. That much is left out at either end of the record at which the input does
+    /// not rest. [`usual_max_delay_s`] is a choice that suits a record.
     pub max_delay_s: f64,
     /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
     /// time. Large statistical studies may do without.
@@ -112,21 +115,68 @@ pub fn identify_forced_together(
         let (recording, column) = (recording.join(", "), options.output.clone());
         return Err(IdentifyError::SameColumn { recording, column });
     }
-    let records: Vec<ForcedRecord> = recordings
-        .iter()
-        .map(|recording| {
-            ForcedRecord::new(
-                recording,
-                (&options.input, &options.output),
-                (options.input_kind, options.output_quantity),
-                options.interpolation,
-                options.max_delay_s,
-            )
-        })
-        .collect::<Result<_, _>>()?;
+    let records = forced_records(recordings, options, true)?;
     let starts = Starts::new(&records);
-    let chosen = choose(&records, &starts, options)?;
-    report(&chosen, &starts, options.cross_checks)
+    let mut chosen = choose(&records, &starts, options)?;
+    if records.iter().any(|record| record.quieted) {
+        let as_recorded = forced_records(recordings, options, false)?;
+        if chosen.explains_less_than(&as_recorded) {
+            let starts = Starts::new(&as_recorded);
+            return report_or_fewer(choose(&as_recorded, &starts, options)?, &starts, options);
+        }
+        let quieted = chosen.model.records.iter().filter(|record| record.quieted);
+        chosen.remarks = quieted.map(|record| record.quieted_remark()).collect();
+    }
+    report_or_fewer(chosen, &starts, options)
+}
+
+/// The longest delay of an output behind its input that is usual: 0.05 s of a camera or a drive, and no more
+/// than a fiftieth of a short record.
+pub fn usual_max_delay_s(recording: &Recording) -> f64 {
+    match (recording.time_s.first(), recording.time_s.last()) {
+        (Some(first), Some(last)) if last > first => USUAL_DELAY_S.min((last - first) / SHORT_RECORD),
+        _ => USUAL_DELAY_S,
+    }
+}
+
+/// The longest delay that is usual, s, and the part of a record that it may be.
+const USUAL_DELAY_S: f64 = 0.05;
+const SHORT_RECORD: f64 = 50.0;
+
+/// The recordings as they are fitted.
+fn forced_records(
+    recordings: &[&Recording],
+    options: &ForcedOptions,
+    blows_only: bool,
+) -> Result<Vec<ForcedRecord>, IdentifyError> {
+    let record = |recording: &&Recording| {
+        let record = ForcedRecord::new(
+            recording,
+            (&options.input, &options.output),
+            (options.input_kind, options.output_quantity),
+            options.interpolation,
+            options.max_delay_s,
+            blows_only,
+        )?;
+        Ok(in_band(until_died_away(record), options.interpolation))
+    };
+    recordings.iter().map(record).collect()
+}
+
+/// The report of the choice, with fewer modes where the records do not determine that many and nobody asked
+/// for them.
+fn report_or_fewer(
+    mut chosen: Chosen<'_>,
+    starts: &Starts,
+    options: &ForcedOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    loop {
+        match report(&chosen, starts, options.cross_checks) {
+            Err(IdentifyError::NotDetermined { .. })
+                if options.modes.is_none() && chosen.without_weakest() => {}
+            result => return result,
+        }
+    }
 }
 
 /// Refuses numbers of modes that make no sense.

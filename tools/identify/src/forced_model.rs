@@ -194,11 +194,13 @@ impl<'r> ForcedModel<'r> {
         let mut parameters: Vec<Parameter> =
             poles.iter().flat_map(|start| pole_parameters(*start, 0.5)).collect();
         if self.delay {
+            // A step of more than a quarter of a period leads to another minimum.
+            let fastest_hz = poles.iter().map(|pole| pole.frequency_hz).fold(0.0, f64::max);
             parameters.push(Parameter {
                 start: delay_s,
                 lower: -self.max_delay_s,
                 upper: self.max_delay_s,
-                max_step: self.max_delay_s / 4.0,
+                max_step: (self.max_delay_s / 4.0).min(0.25 / fastest_hz),
             });
         }
         if self.real_pole {

@@ -3,6 +3,7 @@
 use stillbeam_recording::{Column, Problem, Recording, TIME_COLUMN};
 
 use crate::error::IdentifyError;
+use crate::input_rest::{blows_alone, continued, median, rests_at_ends};
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::{InputKind, OutputQuantity};
 use crate::result::Rejected;
@@ -59,6 +60,8 @@ pub(crate) struct ForcedRecord {
     pub(crate) output: Vec<f64>,
     /// Stamp that the times count from, s.
     pub(crate) origin_s: f64,
+    /// Whether the force's noise between blows was taken out.
+    pub(crate) quieted: bool,
     pub(crate) warnings: Vec<Warning>,
     /// Output samples that are not fitted.
     pub(crate) left_out: Vec<Rejected>,
@@ -84,6 +87,24 @@ fn output_quantity(unit: &str) -> Option<OutputQuantity> {
     }
 }
 
+/// What an output column is: as stated, or by its unit.
+pub(crate) fn quantity_of(
+    recording: &Recording,
+    column: &str,
+    stated: Option<OutputQuantity>,
+) -> Result<OutputQuantity, IdentifyError> {
+    match stated.or_else(|| output_quantity(&unit_of(column))) {
+        Some(quantity) if column != TIME_COLUMN => Ok(quantity),
+        _ => Err(IdentifyError::AmbiguousUnit {
+            recording: recording.name.clone(),
+            column: column.to_owned(),
+            unit: unit_of(column),
+            wanted: "whether it is a position, a speed or an acceleration",
+            option: "--output-quantity position, velocity or acceleration",
+        }),
+    }
+}
+
 /// The unit at the end of a column's name.
 fn unit_of(column: &str) -> String {
     let column = Column { name: column.to_owned(), samples: Vec::new() };
@@ -91,13 +112,16 @@ fn unit_of(column: &str) -> String {
 }
 
 impl ForcedRecord {
-    /// Takes a forced record out of a recording; `margin_s` is kept free at both ends for a delay.
+    /// Takes a forced record out of a recording; `margin_s` is kept free for a delay at the ends at which the
+    /// input is not known to rest. With `blows_only` the force of an impact test counts as nothing between
+    /// its blows.
     pub(crate) fn new(
         recording: &Recording,
         columns: (&str, &str),
         kinds: (Option<InputKind>, Option<OutputQuantity>),
         interpolation: InputInterpolation,
         margin_s: f64,
+        blows_only: bool,
     ) -> Result<Self, IdentifyError> {
         let (input_column, output_column) = columns;
         let ambiguous = |column: &str, wanted, option| IdentifyError::AmbiguousUnit {
@@ -119,17 +143,14 @@ impl ForcedRecord {
                 ));
             }
         };
-        let quantity = match kinds.1.or_else(|| output_quantity(&unit_of(output_column))) {
-            Some(quantity) if output_column != TIME_COLUMN => quantity,
-            _ => {
-                return Err(ambiguous(
-                    output_column,
-                    "whether it is a position, a speed or an acceleration",
-                    "--output-quantity position, velocity or acceleration",
-                ));
-            }
+        let quantity = quantity_of(recording, output_column, kinds.1)?;
+        let quiet =
+            (blows_only && input_kind == InputKind::Force).then(|| blows_alone(&input.values)).flatten();
+        let quieted = quiet.is_some();
+        let level = match quieted {
+            true => median(input.values.clone()).unwrap_or_default(),
+            false => input.values[0],
         };
-        let level = input.values[0];
         if input.values.iter().all(|value| *value == level) {
             return Err(IdentifyError::NoExcitation {
                 recording: recording.name.clone(),
@@ -142,9 +163,12 @@ impl ForcedRecord {
         let origin_s = recording.time_s[0];
         let from_origin = |times: &[f64]| times.iter().map(|t| t - origin_s).collect::<Vec<f64>>();
         let input_time_s = from_origin(&input.time_s);
-        let centred: Vec<f64> = input.values.iter().map(|value| value - level).collect();
-        let first_s = input_time_s[0] + margin_s;
-        let last_s = input_time_s[input_time_s.len() - 1] - margin_s;
+        let driving = quiet.as_ref().unwrap_or(&input.values);
+        let centred: Vec<f64> = driving.iter().map(|value| value - level).collect();
+        let rests = rests_at_ends(&centred);
+        let [first_margin_s, last_margin_s] = rests.map(|rests| if rests { 0.0 } else { margin_s });
+        let first_s = input_time_s[0] + first_margin_s;
+        let last_s = input_time_s[input_time_s.len() - 1] - last_margin_s;
         let left_out = left_out(recording, output_column, [first_s + origin_s, last_s + origin_s]);
         let rows = from_origin(&output.time_s).into_iter().zip(output.values);
         let (time_s, values): (Vec<f64>, Vec<f64>) =
@@ -163,13 +187,15 @@ impl ForcedRecord {
         warnings.extend(crate::signal_checks::clipping(input_column, &input.values));
         warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
+        let (knots_s, centred) = continued(input_time_s, centred, margin_s, rests);
         Ok(Self {
             name: recording.name.clone(),
             input_column: input_column.to_owned(),
             output_column: output_column.to_owned(),
             input_kind,
             quantity,
-            input: PiecewiseCubic::new(&input_time_s, &centred, interpolation),
+            input: PiecewiseCubic::new(&knots_s, &centred, interpolation),
+            quieted,
             time_s,
             output: values,
             origin_s,
@@ -211,6 +237,22 @@ impl ForcedRecord {
             left_out: Vec::new(),
             time_s,
             ..*self
+        }
+    }
+
+    /// What was done to the force of an impact test, as an entry among what is not in the result.
+    pub(crate) fn quieted_remark(&self) -> Rejected {
+        let ends = [self.input.knots_s.first(), self.input.knots_s.last()];
+        let [first_s, last_s] = ends.map(|end| end.map_or(0.0, |t| t + self.origin_s));
+        Rejected::Samples {
+            recording: self.name.clone(),
+            count: self.input.knots_s.len(),
+            first_s,
+            last_s,
+            reason: format!(
+                "column `{}` between the blows: noise of the force channel, taken as no force; the fit is better for it",
+                self.input_column
+            ),
         }
     }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::aliasing::{Image, image_of};
 use crate::amplitude::{CLEAR, of_forced};
 use crate::decay_modes::Uniform;
+use crate::driven_lines::DrivenLines;
 use crate::error::IdentifyError;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
@@ -12,6 +13,7 @@ use crate::forced_start::{Spectral, Starts};
 use crate::levenberg_marquardt::Minimum;
 use crate::linearity::Linearity;
 use crate::modal_response::Pole;
+use crate::mode_gates::NotLinear;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
 use crate::poles::{Survey, survey_forced};
@@ -19,7 +21,7 @@ use crate::record_kind::{RecordKind, recognise_signal};
 use crate::resolution::resolution;
 use crate::result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, NoiseModel, RealPole, RecordFit,
-    SCHEMA_VERSION, UncertaintyBox,
+    SCHEMA_VERSION, UncertaintyBox, fit_percent,
 };
 use crate::second_opinions::{Opinions, replica};
 use crate::separable::{Projected, span};
@@ -79,6 +81,8 @@ pub(crate) fn report(
         warnings.extend(mode.own_warnings(nyquist_hz, image(model, &refined, mode, nyquist_hz)));
     }
     let mut rejected = chosen.rejected.clone();
+    rejected.extend(chosen.remarks.iter().cloned());
+    let not_linear = not_linear_warnings(chosen);
     rejected.extend(opinions.rejected(&modes));
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
     let span = span(model, &chosen.minimum);
@@ -93,14 +97,19 @@ pub(crate) fn report(
             fitted: record.output.iter().zip(left).map(|(y, e)| y - e).collect(),
         };
         warnings.extend(time_shift_warnings(&fitted, &chosen.minimum.point.residuals, &span));
-        let tones = find_tones(&Uniform::new(&record.time_s, left));
-        for tone in tones {
+        let uniform = Uniform::new(&record.time_s, left);
+        let input: Vec<f64> =
+            record.input.sample(record.time_s.iter().copied()).into_iter().map(|value| value[0]).collect();
+        let driven = DrivenLines::new(&input, left, uniform.interval_s);
+        // A line that the input drives is no stranger's, whatever the structure makes of it.
+        for tone in find_tones(&uniform).iter().filter(|tone| !driven.at(tone.frequency_hz.value)) {
             let (warning, pole) = tone.told();
             warnings.push(warning);
             rejected.push(pole);
         }
     }
     warnings.extend(fit_warnings(&chosen.minimum));
+    warnings.extend(not_linear.clone());
     if let NoiseModel::NotNoise { apart, .. } = refined.noise {
         warnings.push(WarningKind::ResidualsNotNoise { apart }.into());
     }
@@ -119,7 +128,7 @@ pub(crate) fn report(
     let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
     Ok(IdentifiedModes {
         schema_version: SCHEMA_VERSION,
-        linearity: Linearity::of(&modes),
+        linearity: Linearity::of(&modes).and_near(&not_linear),
         recording: names(model.records),
         kind: Some(kind_of_input(first)),
         shapes: Vec::new(),
@@ -148,6 +157,7 @@ pub(crate) fn report(
         }),
         residual_rms: refined.residual_rms(),
         window_s: record_fits[0].window_s,
+        band_hz: None,
         records: record_fits,
         noise: refined.noise,
         model_choice: chosen.steps.clone(),
@@ -161,6 +171,25 @@ pub(crate) fn report(
         },
     })
 }
+
+/// Where the choice found what no further mode may explain; each place once, the worst first.
+fn not_linear_warnings(chosen: &Chosen<'_>) -> Vec<Warning> {
+    let mut places = chosen.not_linear.clone();
+    places.sort_by(|a, b| b.times_floor.total_cmp(&a.times_floor));
+    let mut told: Vec<NotLinear> = Vec::new();
+    for place in places {
+        if told.iter().all(|known| (known.frequency_hz / place.frequency_hz).ln().abs() > SAME_PLACE) {
+            told.push(place);
+        }
+    }
+    let warning = |NotLinear { frequency_hz, times_floor }| {
+        Warning::from(WarningKind::NotLinearNear { frequency_hz, times_floor })
+    };
+    told.into_iter().map(warning).collect()
+}
+
+/// Places this close, as a share of the frequency, are one.
+const SAME_PLACE: f64 = 0.05;
 
 /// What the record says of a mode's image.
 fn image(model: &ForcedModel<'_>, refined: &Refined, mode: &IdentifiedMode, nyquist_hz: f64) -> Image {
@@ -193,11 +222,13 @@ fn record_fit(
     let offset = model.offset_index(index);
     let left = &refined.residuals[rows.clone()];
     let ends = [record.time_s.first(), record.time_s.last()];
+    let residual_rms = (dot(left, left) / left.len().max(1) as f64).sqrt();
     RecordFit {
         recording: record.name.clone(),
         rows: rows.len(),
         offset: Estimate { value: refined.coefficients[offset], stderr: refined.coefficient_stderr(offset) },
-        residual_rms: (dot(left, left) / left.len().max(1) as f64).sqrt(),
+        residual_rms,
+        fit_percent: fit_percent(&record.output, residual_rms),
         window_s: ends.map(|end| end.map_or(0.0, |t| t + record.origin_s)),
     }
 }
@@ -345,7 +376,8 @@ mod tests {
             .with_column("tip_m", time_s.iter().map(|t| 0.1 * wave(&(t - 0.3))).collect());
         let columns = ("force_N", "tip_m");
         let record =
-            ForcedRecord::new(&recording, columns, (None, None), InputInterpolation::Cubic, 0.0).unwrap();
+            ForcedRecord::new(&recording, columns, (None, None), InputInterpolation::Cubic, 0.0, true)
+                .unwrap();
         let records = [record];
         let model = ForcedModel {
             records: &records,
@@ -363,7 +395,14 @@ mod tests {
             |parameter: Parameter| Parameter { lower: parameter.start, upper: parameter.start, ..parameter };
         let fixed: Vec<Parameter> = model.parameters(&poles, 0.0, None).into_iter().map(stay).collect();
         let minimum = fit(&model, &fixed).unwrap();
-        let chosen = Chosen { model, minimum, steps: Vec::new(), rejected: Vec::new() };
+        let chosen = Chosen {
+            model,
+            minimum,
+            steps: Vec::new(),
+            rejected: Vec::new(),
+            not_linear: Vec::new(),
+            remarks: Vec::new(),
+        };
         report(&chosen, &Starts::new(&records), false)
     }
 

@@ -136,6 +136,13 @@ impl Spectral {
     }
 }
 
+/// Whether a frequency is one of those that were refused.
+pub(crate) fn is_refused(hz: f64, refused_hz: &[f64]) -> bool {
+    refused_hz.iter().any(|refused| (hz / refused).ln().abs() < AWAY_FROM_REFUSED)
+}
+
+/// How far, as a share of the frequency, a start keeps from what was refused.
+const AWAY_FROM_REFUSED: f64 = 0.03;
 /// Rates that the scan for a real pole tries, less one.
 const RATES: i32 = 12;
 /// Rows that the scan for starts looks at; more make it slower, not better.
@@ -165,12 +172,13 @@ impl Starts {
     }
 
     /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods' modes and
-    /// the scan's frequency with other dampings.
+    /// the scan's frequency with other dampings; none near a frequency that was refused.
     pub(crate) fn start_mode(
         &self,
         model: &ForcedModel,
         parameters: &[f64],
         residuals: &[f64],
+        refused_hz: &[f64],
     ) -> Vec<Start> {
         let delay_s = model.delay_s(parameters);
         let thin = ForcedModel { records: &self.thinned, ..*model };
@@ -207,10 +215,11 @@ impl Starts {
             let sums = starts.into_iter().map(|start| (sum_with(start.pole), start));
             sums.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, start)| start)
         };
+        let is_refused = |hz: f64| is_refused(hz, refused_hz);
         let mut frequencies = Vec::new();
         for ((rows, record), spectral) in model.rows().zip(&self.spectral) {
             for candidate in candidates(&residuals[rows], record, spectral) {
-                frequencies.extend(around(candidate, record, spectral));
+                frequencies.extend(around(candidate, record, spectral).filter(|hz| !is_refused(*hz)));
             }
         }
         let scanned = |frequency_hz: f64, damping_ratio: f64| Start {
@@ -223,7 +232,7 @@ impl Starts {
         };
         let mut others: Vec<Start> =
             START_DAMPINGS.map(|damping_ratio| scanned(first.pole.frequency_hz, damping_ratio)).to_vec();
-        others.extend(self.seen_by_methods());
+        others.extend(self.seen_by_methods().filter(|start| !is_refused(start.pole.frequency_hz)));
         std::iter::once(first).chain(best_of(others)).collect()
     }
 

@@ -36,6 +36,8 @@ mod decay_modes;
 mod decay_report;
 mod decay_shapes;
 mod decay_starts;
+mod died_away;
+mod driven_lines;
 mod error;
 mod forced_fit;
 mod forced_model;
@@ -44,11 +46,14 @@ mod forced_report;
 mod forced_start;
 mod free_decay;
 pub mod frf;
+mod in_band;
+mod input_rest;
 pub mod interpolation;
 pub mod levenberg_marquardt;
 mod linearity;
 mod log_decrement;
 mod modal_response;
+mod mode_gates;
 mod model_choice;
 mod modes_file;
 mod narrow_band;
@@ -67,11 +72,13 @@ mod separable;
 mod signal_checks;
 mod sound_part;
 mod spectra;
+mod spectral;
 mod step;
 pub mod tall;
 mod time_shifts;
 mod time_stamps;
 mod tones;
+mod unrecorded_sweep;
 mod warning_merge;
 mod warnings;
 mod whitening;
@@ -80,7 +87,9 @@ mod wild_samples;
 pub use amplitude::{AmplitudeChange, AmplitudePoint};
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
-pub use forced_fit::{ForcedOptions, MAX_MODES, identify_forced, identify_forced_together};
+pub use forced_fit::{
+    ForcedOptions, MAX_MODES, identify_forced, identify_forced_together, usual_max_delay_s,
+};
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
@@ -95,6 +104,10 @@ pub use responses::{Frf, Response, Spectrum};
 pub use result::{
     CrossCheck, Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModeShape, ModelStep,
     NoiseModel, RealPole, RecordFit, Rejected, SCHEMA_VERSION, ShapePart, UncertaintyBox,
+};
+pub use spectral::{SpectralOptions, identify_spectra};
+pub use unrecorded_sweep::{
+    FoundSweep, SWEEP_COLUMN, SweepPace, SweepPlan, SweepPlanError, SweepShape, find_sweep,
 };
 pub use warning_merge::merged;
 pub use warnings::{FastPassage, Quantity, Warning, WarningKind};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::result::IdentifiedMode;
+use crate::warnings::Warning;
 
 /// Whether the structure answered as a linear one, as far as the records can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -62,5 +63,17 @@ impl Linearity {
             )
         };
         Self { verdict, statement }
+    }
+
+    /// The same, with the places at which the record shows something that no linear mode does.
+    #[must_use]
+    pub(crate) fn and_near(self, places: &[Warning]) -> Self {
+        match (self.verdict, places.first()) {
+            (LinearityVerdict::NotLinear, _) | (_, None) => self,
+            (_, Some(place)) => Self {
+                verdict: LinearityVerdict::NotLinear,
+                statement: format!("The structure is {}.", place.message),
+            },
+        }
     }
 }

@@ -2,17 +2,19 @@
 //!
 //! Modes are added one by one, each started where what is left responds most to the input; after every mode the
 //! delay and the direct share are tried, and of a force a real pole, because without them further modes would stand in for
-//! them; at the end whatever has become unnecessary is taken out again.
+//! them; at the end whatever has become unnecessary is taken out again. A mode that is refused for what it is
+//! hides no other: the search goes on beside it.
 
 use crate::error::IdentifyError;
 use crate::forced_fit::{ForcedOptions, MAX_MODES};
 use crate::forced_model::{ForcedModel, MAX_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
-use crate::forced_start::Starts;
-use crate::levenberg_marquardt::Minimum;
+use crate::forced_start::{Starts, is_refused};
+use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::{InputKind, OutputQuantity, Pole};
+use crate::mode_gates::{NotLinear, held_out_sum, is_confirmed, refusal_of_last, refusal_within};
 use crate::result::{ModelStep, Rejected};
-use crate::separable::{Projected, fit, fit_covariance};
+use crate::separable::{Projected, fit, fit_covariance, fit_roughly, sum_of_squares_at};
 
 /// A model and its fit, and how it came to be chosen.
 pub(crate) struct Chosen<'r> {
@@ -20,12 +22,31 @@ pub(crate) struct Chosen<'r> {
     pub(crate) minimum: Minimum<Projected>,
     pub(crate) steps: Vec<ModelStep>,
     pub(crate) rejected: Vec<Rejected>,
+    /// Where one mode does not explain what the structure does, and no second one may.
+    pub(crate) not_linear: Vec<NotLinear>,
+    /// What was done to the records.
+    pub(crate) remarks: Vec<Rejected>,
 }
+
+/// Whether a further mode was added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Added {
+    Yes,
+    /// Nothing is left that a mode would explain.
+    NothingLeft,
+    /// What was found at this frequency, Hz, is no mode; others may be.
+    NotThere(f64),
+}
+
+/// Refusals in a row after which the search ends.
+const REFUSALS: usize = 3;
 
 /// What a further mode must explain of the sum of squares.
 const SHARE_OF_A_MODE: f64 = 0.05;
 /// What a delay or a direct share must explain of it.
 const SHARE_OF_A_DETAIL: f64 = 0.02;
+/// A mode without which this many times as much is left needs no confirmation.
+const CERTAIN: f64 = 50.0;
 /// Residuals 80 dB below the output are what interpolating the input between its samples leaves, not modes.
 const EXPLAINED: f64 = 1e-4;
 
@@ -44,20 +65,32 @@ pub(crate) fn choose<'r>(
         real_pole: false,
     };
     let (recording, column) = (names(records), records[0].output_column.clone());
-    let minimum = fit(&model, &[]).ok_or_else(|| IdentifyError::NotComputable {
+    let minimum = fit_roughly(&model, &[]).ok_or_else(|| IdentifyError::NotComputable {
         recording: recording.clone(),
         column: column.clone(),
     })?;
-    let mut chosen = Chosen { model, minimum, steps: Vec::new(), rejected: Vec::new() };
-    for _ in 0..options.modes.unwrap_or(MAX_MODES) {
-        if chosen.is_explained() || !chosen.add_mode(starts, options.modes.is_some()) {
-            break;
-        }
-        if !chosen.is_explained() {
-            chosen.try_details(starts);
+    let mut chosen = Chosen {
+        model,
+        minimum,
+        steps: Vec::new(),
+        rejected: Vec::new(),
+        not_linear: Vec::new(),
+        remarks: Vec::new(),
+    };
+    let mut refused_hz = Vec::new();
+    while chosen.model.modes < options.modes.unwrap_or(MAX_MODES) && !chosen.is_explained() {
+        match chosen.add_mode(starts, options.modes.is_some(), &refused_hz) {
+            Added::Yes if chosen.is_explained() => {}
+            Added::Yes => chosen.try_details(starts),
+            Added::NotThere(hz) if refused_hz.len() < REFUSALS => refused_hz.push(hz),
+            Added::NotThere(_) | Added::NothingLeft => break,
         }
     }
     chosen.drop_idle_details(starts);
+    chosen.finish();
+    if options.modes.is_none() && chosen.prune() {
+        chosen.finish();
+    }
     let found = chosen.model.modes;
     match options.modes {
         Some(requested) if found < requested => Err(IdentifyError::TooFewPeaks {
@@ -110,20 +143,139 @@ impl Chosen<'_> {
         self.minimum.sum_of_squares <= EXPLAINED * EXPLAINED * power
     }
 
-    /// Adds the best further mode; false when there is none worth it.
-    fn add_mode(&mut self, starts: &Starts, asked_for: bool) -> bool {
+    /// The last digits of the fit that was chosen.
+    fn finish(&mut self) {
+        let range = self.model.parameters(
+            &self.poles(),
+            self.model.delay_s(&self.minimum.parameters),
+            self.rate_per_s(),
+        );
+        let range: Vec<Parameter> = range
+            .into_iter()
+            .zip(&self.minimum.parameters)
+            .map(|(parameter, found)| Parameter { start: *found, ..parameter })
+            .collect();
+        if let Some(found) = fit(&self.model, &range) {
+            self.minimum = found;
+        }
+    }
+
+    /// Takes out the modes that the complete fit does not confirm, the least one first; whether there were
+    /// any.
+    ///
+    /// What seemed a mode while others were missing may be none beside them.
+    fn prune(&mut self) -> bool {
+        let mut pruned = false;
+        while let Some((mode, reason, found)) = self.unconfirmed() {
+            let taken = pole(&self.minimum.parameters, mode);
+            self.rejected.push(Rejected::Pole {
+                frequency_hz: taken.frequency_hz,
+                damping_ratio: Some(taken.damping_ratio),
+                reason,
+            });
+            self.model.modes -= 1;
+            self.minimum = found;
+            pruned = true;
+        }
+        pruned
+    }
+
+    /// The least mode that is none of the structure's, why, and the fit without it.
+    fn unconfirmed(&mut self) -> Option<(usize, String, Minimum<Projected>)> {
+        let (delay_s, rate) = (self.model.delay_s(&self.minimum.parameters), self.rate_per_s());
+        let poles = self.poles();
+        let narrow = ForcedModel { modes: self.model.modes.checked_sub(1)?, ..self.model };
+        let range = |mode: usize| {
+            let mut left = poles.clone();
+            left.remove(mode);
+            narrow.parameters(&left, delay_s, rate)
+        };
+        let mut order: Vec<(f64, usize)> = (0..poles.len())
+            .filter_map(|mode| {
+                let start: Vec<f64> = range(mode).iter().map(|parameter| parameter.start).collect();
+                Some((sum_of_squares_at(&narrow, &start)?, mode))
+            })
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (without, mode) in order {
+            if let Some((reason, not_linear)) = refusal_within(&self.model, &self.minimum, mode) {
+                self.not_linear.extend(not_linear);
+                return Some((mode, reason, fit_roughly(&narrow, &range(mode))?));
+            }
+            if without > CERTAIN * self.minimum.sum_of_squares || narrow.modes == 0 {
+                continue;
+            }
+            let left = fit_roughly(&narrow, &range(mode))?;
+            let share = 1.0 - self.minimum.sum_of_squares / left.sum_of_squares.max(f64::MIN_POSITIVE);
+            let with = held_out_sum(&self.model, &self.minimum, Some(mode));
+            let held_out = held_out_sum(&narrow, &left, None).zip(with);
+            if let Some((without, with)) = held_out
+                && !is_confirmed(without, with, share)
+            {
+                return Some((mode, not_confirmed(share, without, with), left));
+            }
+        }
+        None
+    }
+
+    /// Takes out the mode that explains least; false where there is only one.
+    pub(crate) fn without_weakest(&mut self) -> bool {
+        if self.model.modes < 2 {
+            return false;
+        }
+        let narrow = ForcedModel { modes: self.model.modes - 1, ..self.model };
+        let (delay_s, rate) = (self.model.delay_s(&self.minimum.parameters), self.rate_per_s());
+        let poles = self.poles();
+        let fits = (0..poles.len()).filter_map(|without| {
+            let mut left = poles.clone();
+            let taken = left.remove(without);
+            let start: Vec<f64> =
+                narrow.parameters(&left, delay_s, rate).iter().map(|parameter| parameter.start).collect();
+            Some((sum_of_squares_at(&narrow, &start)?, left, taken))
+        });
+        let Some((_, left, taken)) = fits.min_by(|a, b| a.0.total_cmp(&b.0)) else { return false };
+        let Some(found) = fit(&narrow, &narrow.parameters(&left, delay_s, rate)) else { return false };
+        self.rejected.push(Rejected::Pole {
+            frequency_hz: taken.frequency_hz,
+            damping_ratio: Some(taken.damping_ratio),
+            reason: "the record does not determine it beside the others".to_owned(),
+        });
+        (self.model, self.minimum) = (ForcedModel { records: self.model.records, ..narrow }, found);
+        true
+    }
+
+    /// Whether the same modes explain other versions of the records better, by the mean square that they
+    /// leave.
+    pub(crate) fn explains_less_than(&self, records: &[ForcedRecord]) -> bool {
+        let other = ForcedModel { records, ..self.model };
+        let rows: usize = records.iter().map(|record| record.time_s.len()).sum();
+        let mean = |sum: f64, rows: usize| sum / rows.max(1) as f64;
+        sum_of_squares_at(&other, &self.minimum.parameters)
+            .is_some_and(|sum| mean(sum, rows) < mean(self.minimum.sum_of_squares, self.rows()))
+    }
+
+    /// Adds the best further mode away from those that were refused.
+    fn add_mode(&mut self, starts: &Starts, asked_for: bool, refused_hz: &[f64]) -> Added {
         let known = self.poles();
         let delay_s = self.model.delay_s(&self.minimum.parameters);
         let wider = ForcedModel { modes: self.model.modes + 1, ..self.model };
         let rate_per_s = self.rate_per_s();
-        let tried = starts.start_mode(&self.model, &self.minimum.parameters, &self.minimum.point.residuals);
+        let tried = starts.start_mode(
+            &self.model,
+            &self.minimum.parameters,
+            &self.minimum.point.residuals,
+            refused_hz,
+        );
         let fits = tried.into_iter().filter_map(|start| {
             let poles: Vec<Pole> = known.iter().copied().chain([start.pole]).collect();
-            Some((fit(&wider, &wider.parameters(&poles, delay_s, rate_per_s))?, start.from))
+            let found = fit_roughly(&wider, &wider.parameters(&poles, delay_s, rate_per_s))?;
+            // A search that leads to what was refused leads nowhere.
+            let ends_hz = pole(&found.parameters, self.model.modes).frequency_hz;
+            (!is_refused(ends_hz, refused_hz)).then_some((found, start.from))
         });
         let best = fits.min_by(|a, b| a.0.sum_of_squares.total_cmp(&b.0.sum_of_squares));
         let Some((found, from)) = best else {
-            return false;
+            return Added::NothingLeft;
         };
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
@@ -133,16 +285,16 @@ impl Chosen<'_> {
             // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine the one beside the other.
             self.drop_idle_details(starts);
             if !self.model.delay {
-                return self.add_mode(starts, asked_for);
+                return self.add_mode(starts, asked_for, refused_hz);
             }
         }
-        let refusal = refusal.or(undetermined);
+        let refusal = refusal.or(undetermined).or_else(|| self.no_mode(&wider, &found, asked_for));
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());
         if !kept && let Some(step) = self.steps.last() {
             let reason = match asked_for {
                 true => step.reason.clone(),
-                false => refusal.unwrap_or_else(|| step.reason.clone()),
+                false => refusal.clone().unwrap_or_else(|| step.reason.clone()),
             };
             self.rejected.push(Rejected::Pole {
                 frequency_hz: new.frequency_hz,
@@ -150,7 +302,34 @@ impl Chosen<'_> {
                 reason,
             });
         }
-        kept
+        match (kept, refusal) {
+            (true, _) => Added::Yes,
+            (false, Some(_)) => Added::NotThere(new.frequency_hz),
+            (false, None) => Added::NothingLeft,
+        }
+    }
+
+    /// Why the last mode of a wider fit is none of the structure's, if it is none: for what it is, or because
+    /// held-out stretches of the records do not confirm it. Who asks for a number of modes gets overlapping
+    /// ones, too.
+    fn no_mode(
+        &mut self,
+        wider: &ForcedModel<'_>,
+        found: &Minimum<Projected>,
+        asked_for: bool,
+    ) -> Option<String> {
+        if asked_for {
+            return None;
+        }
+        if let Some((reason, not_linear)) = refusal_of_last(wider, found) {
+            self.not_linear.extend(not_linear);
+            return Some(reason);
+        }
+        let share = 1.0 - found.sum_of_squares / self.minimum.sum_of_squares.max(f64::MIN_POSITIVE);
+        let narrow = held_out_sum(&self.model, &self.minimum, None)?;
+        let wide = held_out_sum(wider, found, Some(self.model.modes))?;
+        let is_ghost = share > SHARE_OF_A_MODE && !is_confirmed(narrow, wide, share);
+        is_ghost.then(|| not_confirmed(share, narrow, wide))
     }
 
     /// Tries the direct share, the delay and a real pole, where they are not in the model yet.
@@ -177,7 +356,9 @@ impl Chosen<'_> {
         let poles = self.poles();
         let Some(rate_per_s) = starts.start_rate(&self.model, &poles, delay_s) else { return };
         let wider = ForcedModel { real_pole: true, ..self.model };
-        let Some(found) = fit(&wider, &wider.parameters(&poles, delay_s, Some(rate_per_s))) else { return };
+        let Some(found) = fit_roughly(&wider, &wider.parameters(&poles, delay_s, Some(rate_per_s))) else {
+            return;
+        };
         let refusal = not_sensible(&wider, &found, starts)
             .or_else(|| no_real_pole(&wider, &found, starts))
             .or_else(|| not_determined(&wider, &found));
@@ -188,7 +369,8 @@ impl Chosen<'_> {
     fn try_detail(&mut self, what: &str, wider: ForcedModel<'_>) {
         let delay_s = self.model.delay_s(&self.minimum.parameters);
         let model = ForcedModel { records: self.model.records, ..wider };
-        if let Some(found) = fit(&model, &model.parameters(&self.poles(), delay_s, self.rate_per_s())) {
+        if let Some(found) = fit_roughly(&model, &model.parameters(&self.poles(), delay_s, self.rate_per_s()))
+        {
             self.weigh(what.to_owned(), model, found, 1, SHARE_OF_A_DETAIL, None);
         }
     }
@@ -209,7 +391,7 @@ impl Chosen<'_> {
             };
             let delay_s = self.model.delay_s(&self.minimum.parameters);
             let start = narrow.parameters(&self.poles(), delay_s, self.rate_per_s());
-            let Some(found) = fit(&narrow, &start) else { continue };
+            let Some(found) = fit_roughly(&narrow, &start) else { continue };
             let fewer = parameters_of(&self.model) - parameters_of(&narrow);
             let gain = evidence(found.sum_of_squares, self.minimum.sum_of_squares, self.rows(), fewer);
             let share = 1.0 - self.minimum.sum_of_squares / found.sum_of_squares.max(f64::MIN_POSITIVE);
@@ -269,6 +451,19 @@ impl Chosen<'_> {
         }
         kept
     }
+}
+
+/// What held-out parts of the record say of a mode that explains a share of the whole.
+fn not_confirmed(share: f64, without: f64, with: f64) -> String {
+    let theirs = 1.0 - with / without.max(f64::MIN_POSITIVE);
+    let of_theirs = match theirs > 0.0 {
+        true => format!("{:.1} % of theirs", 100.0 * theirs),
+        false => "nothing of theirs".to_owned(),
+    };
+    format!(
+        "parts of the record that were held out do not confirm it: it explains {:.1} % of what was left of the whole, and {of_theirs}",
+        100.0 * share
+    )
 }
 
 fn rms(found: &Minimum<Projected>) -> f64 {

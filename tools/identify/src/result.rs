@@ -58,6 +58,10 @@ pub enum Method {
     DampedSinusoids,
     /// Covariance-driven subspace identification of outputs alone.
     CovarianceSubspace,
+    /// Modal model fitted to measured frequency responses.
+    ResponseFit,
+    /// Peaks of modes under an even excitation, fitted to a power spectrum.
+    PowerFit,
 }
 
 /// A second opinion on a mode. The standard error of a classical method is its scatter together with the error that it
@@ -314,8 +318,20 @@ pub struct RecordFit {
     pub offset: Estimate,
     /// Root mean square of its recorded minus fitted output, in the output's unit.
     pub residual_rms: f64,
+    /// How much of its output the fit explains, percent: 100 (1 - residual rms / standard deviation of the
+    /// output).
+    #[serde(default)]
+    pub fit_percent: f64,
     /// Time of its first and its last fitted sample, s.
     pub window_s: [f64; 2],
+}
+
+/// How much of an output a fit explains, percent; below 0 where it is worse than the output's mean.
+pub(crate) fn fit_percent(output: &[f64], residual_rms: f64) -> f64 {
+    let count = output.len().max(1) as f64;
+    let mean = output.iter().sum::<f64>() / count;
+    let deviation = (output.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / count).sqrt();
+    100.0 * (1.0 - residual_rms / deviation.max(f64::MIN_POSITIVE))
 }
 
 /// A body that the force moves freely against viscous friction: no mode, a velocity that is forgotten.
@@ -395,6 +411,9 @@ pub struct IdentifiedModes {
     pub residual_rms: f64,
     /// Time of the first and the last fitted sample, s; of the first recording, where there are several.
     pub window_s: [f64; 2],
+    /// First and last frequency that was fitted, Hz, of what is a function of frequency and not of time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub band_hz: Option<[f64; 2]>,
     /// The recordings that were fitted together.
     #[serde(default)]
     pub records: Vec<RecordFit>,

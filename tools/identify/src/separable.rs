@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::column::Column;
-use crate::levenberg_marquardt::{LeastSquares, Minimum, Parameter, minimise};
+use crate::levenberg_marquardt::{LeastSquares, Minimum, Parameter, minimise, minimise_to};
 use crate::robust_covariance::covariance;
 use crate::tall::{Orthonormal, gram};
 
@@ -61,7 +61,7 @@ pub(crate) trait Separable {
 pub(crate) struct Projected {
     basis: Orthonormal,
     /// Columns by block.
-    blocks: Vec<Vec<Column>>,
+    pub(crate) blocks: Vec<Vec<Column>>,
     /// Linear coefficients, all blocks in order.
     pub(crate) coefficients: Vec<f64>,
     /// Target minus model.
@@ -167,6 +167,14 @@ pub(crate) fn coefficients_at<M: Separable>(model: &M, parameters: &[f64]) -> Op
 /// Fits the model; `None` when it cannot be evaluated at the start.
 pub(crate) fn fit<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<Minimum<Projected>> {
     minimise(&Projection(model), parameters)
+}
+
+/// Share of the sum of squares below which a step ends a fit that only has to be compared with others.
+const ROUGH: f64 = 1e-5;
+
+/// Fits the model as well as choosing among models needs; `None` when it cannot be evaluated at the start.
+pub(crate) fn fit_roughly<M: Separable>(model: &M, parameters: &[Parameter]) -> Option<Minimum<Projected>> {
+    minimise_to(&Projection(model), parameters, ROUGH)
 }
 
 /// Robust covariance of the non-linear parameters and then all coefficients.

@@ -13,7 +13,7 @@ const REST: f64 = 0.02;
 ///
 /// A smooth signal touches its extreme once; a clipped one stays there for runs of samples, and far more
 /// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse a base
-/// rests at its extreme: that is no clipping.
+/// rests at its extreme, and between its blows a hammer rests at zero: that is no clipping.
 pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
     let sides = clipped_sides(samples).into_iter();
     sides
@@ -48,6 +48,10 @@ fn clipped_sides(samples: &[f64]) -> Vec<(f64, Vec<Range<usize>>)> {
     let mut sides = Vec::new();
     for sign in [1.0, -1.0] {
         let level = samples.iter().fold(f64::NEG_INFINITY, |top, value| top.max(sign * value));
+        // What a signal is for most of the time is where it rests.
+        if 2 * samples.iter().filter(|value| sign * **value == level).count() > samples.len() {
+            continue;
+        }
         let others = samples.iter().map(|value| sign * value).filter(|value| *value != level);
         let next = others.fold(f64::NEG_INFINITY, f64::max);
         let beside = samples.iter().filter(|value| sign * **value == next).count();
@@ -135,6 +139,20 @@ mod tests {
             let is_top = |w: &Warning| matches!(w.kind, WarningKind::Clipping { level: 0.6, .. });
             assert!(found.len() == 1 && is_top(&found[0]), "{held}: {found:?}");
         }
+    }
+
+    #[test]
+    fn a_hammer_that_rests_at_zero_is_not_clipped_and_one_that_is_cut_off_at_its_top_is() {
+        let blow = |k: i32, at: i32| match k - at {
+            into @ 0..20 => (f64::from(into) * 0.157).sin(),
+            _ => 0.0,
+        };
+        let force: Vec<f64> =
+            (0..3000).map(|k| 90.0 * (blow(k, 100) + blow(k, 900) + blow(k, 1800))).collect();
+        assert!(clipping("force_N", &force).is_empty(), "{:?}", clipping("force_N", &force));
+        let cut: Vec<f64> = force.iter().map(|value| value.min(50.0)).collect();
+        let found = clipping("force_N", &cut);
+        assert!(matches!(found[0].kind, WarningKind::Clipping { level: 50.0, .. }) && found.len() == 1);
     }
 
     #[test]

@@ -279,6 +279,30 @@ pub enum WarningKind {
         /// The large amplitude.
         large_amplitude: f64,
     },
+    /// One mode does not explain what the structure does near a frequency, and a second one there would stand
+    /// in for a frequency or a damping that changes.
+    NotLinearNear {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+        /// How many times the power beside it the fit leaves there.
+        times_floor: f64,
+    },
+    /// The modes come from a power spectrum.
+    FromPowerSpectrum {
+        /// What it is, in words.
+        what: String,
+        /// Distance of its lines, Hz.
+        line_hz: f64,
+    },
+    /// The half-power band of a mode is hardly wider than the lines of the spectrum are apart.
+    PeakNarrowerThanLines {
+        /// Frequency of the mode, Hz.
+        mode_hz: f64,
+        /// Its damping ratio.
+        damping_ratio: f64,
+        /// Distance of the lines, Hz.
+        line_hz: f64,
+    },
     /// Samples are so far apart that the stamps may not be seconds.
     StampsMayNotBeSeconds {
         /// The recording.
@@ -430,6 +454,16 @@ impl WarningKind {
                 "mode at {mode_hz:.4} Hz: its {} goes from {small:.6} at amplitude {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart: the structure is not linear; `stillbeam diagnose` looks for the reason",
                 quantity.words(),
                 (small - large).abs() / stderr
+            ),
+            Self::FromPowerSpectrum { what, line_hz } => format!(
+                "the modes come from {what}: they hold if the excitation was even around them; the window of the spectrum widens every peak, by about its lines' distance of {line_hz:.3} Hz or more, so that damping ratios are upper bounds; close modes merge; record the signal over time for modes to rely on"
+            ),
+            Self::PeakNarrowerThanLines { mode_hz, damping_ratio, line_hz } => format!(
+                "mode at {mode_hz:.4} Hz: with a damping ratio of {damping_ratio:.6} its peak is {:.3} Hz wide and the lines of the spectrum are {line_hz:.3} Hz apart: a finer spectrum tells the damping",
+                2.0 * damping_ratio * mode_hz
+            ),
+            Self::NotLinearNear { frequency_hz, times_floor } => format!(
+                "not linear near {frequency_hz:.3} Hz: the fit leaves {times_floor:.0} times as much there as beside it, and a second mode there would only stand in for a frequency or damping that changes with amplitude or time; `stillbeam diagnose` looks for the reason"
             ),
             Self::StampsMayNotBeSeconds { recording, interval_s } => format!(
                 "{recording}: its samples are {interval_s:.4} s apart, so that nothing above {:.3} Hz is seen; if the stamps are milliseconds, divide them by 1000",

@@ -5,16 +5,18 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputOnlyOptions,
-    OutputQuantity, RecordKind, identify_forced, identify_forced_together, identify_free_decay,
-    identify_output_only, recognise,
+    OutputQuantity, RecordKind, SWEEP_COLUMN, SpectralOptions, SweepPlan, identify_forced,
+    identify_forced_together, identify_free_decay, identify_output_only, identify_spectra, recognise,
+    usual_max_delay_s,
 };
 use stillbeam_plant::{BASE_POSITION, SETPOINT};
-use stillbeam_recording::Recording;
+use stillbeam_recording::{ImportedSpectra, Measurement, Recording};
 
 use crate::error::CliError;
 use crate::identification::columns::output_column;
 use crate::identification::combined::combine;
 use crate::identification::modal_file::{ModalFile, modal_file};
+use crate::identification::sweep::with_sweeps;
 use crate::outputs::keep_apart;
 use crate::reading::ReadArgs;
 use crate::report::identify_page::identify_page;
@@ -31,7 +33,9 @@ use crate::streams::{Streams, json_on_stdout};
 #[command(after_help = "\
 Example:
   stillbeam identify sweep.csv --input setpoint_m --modes 2 --json modes.json --report modes.html
-  stillbeam identify ringdown.csv --modes 3")]
+  stillbeam identify ringdown.csv --modes 3
+  stillbeam identify raw_data_x.csv --sweep 5,133.33,1Hz/s
+  stillbeam identify frf.uff")]
 pub struct IdentifyArgs {
     /// Recordings of the same structure
     #[arg(required = true, value_name = "RECORDING")]
@@ -43,6 +47,10 @@ pub struct IdentifyArgs {
     /// with commas between, which give shapes
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
+    /// The sweep that the recordings answer, where its signal was not recorded: its start is found in the
+    /// response. Frequencies in Hz; the rate in Hz/s (2.5Hz/s) or oct/min, or its length in seconds (36s)
+    #[arg(long, value_name = "FROM,TO,RATE_OR_SECONDS[,exponential]", conflicts_with = "input")]
+    sweep: Option<SweepPlan>,
     #[command(flatten)]
     reading: ReadArgs,
     /// What the input is, where its unit does not say
@@ -54,9 +62,10 @@ pub struct IdentifyArgs {
     /// Take the input as given even where the base's position was recorded
     #[arg(long)]
     keep_input: bool,
-    /// The longest delay of the output behind the input that may be found, s; kept only where the record calls for one
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.05, allow_negative_numbers = true)]
-    max_delay: f64,
+    /// The longest delay of the output behind the input that may be found, s; kept only where the record
+    /// calls for one. By default 0.05, and of a record shorter than 2.5 s a fiftieth of it
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    max_delay: Option<f64>,
     /// Where the free decay begins, s; by default at the largest deflection
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     start: Option<f64>,
@@ -85,8 +94,20 @@ impl IdentifyArgs {
             self.recordings.iter().map(PathBuf::as_path),
             [self.json.as_deref(), self.report.as_deref(), self.model_out.as_deref()],
         )?;
-        let recordings: Vec<Recording> =
-            self.recordings.iter().map(|path| self.reading.read(path, streams)).collect::<Result<_, _>>()?;
+        let (mut recordings, mut spectra) = (Vec::new(), Vec::new());
+        for path in &self.recordings {
+            match self.reading.measurement(path, streams)? {
+                Measurement::Recording(imported) => recordings.push(imported.recording),
+                Measurement::Spectra(file) => spectra.push(file),
+            }
+        }
+        if !spectra.is_empty() {
+            return self.identify_spectra(&spectra, recordings.len(), streams);
+        }
+        if let Some(plan) = &self.sweep {
+            let quantity = self.output_quantity.map(OutputQuantity::from);
+            recordings = with_sweeps(&recordings, plan, (self.output.as_deref(), quantity), streams)?;
+        }
         let input = self.input(&recordings, streams)?;
         let results: Vec<IdentifiedModes> = recordings
             .iter()
@@ -99,32 +120,68 @@ impl IdentifyArgs {
             }
             _ => None,
         };
-        let combined = combine(&results, together.as_ref());
+        self.tell(&results, together.as_ref(), streams)
+    }
+
+    /// Modes from functions of frequency.
+    fn identify_spectra(
+        &self,
+        files: &[ImportedSpectra],
+        recordings: usize,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        if recordings > 0 || self.input.is_some() || self.sweep.is_some() {
+            return Err(CliError::Usage(format!(
+                "{}: it holds {}, which has no input and is not fitted together with signals over time; leave out --input and --sweep and the other recordings",
+                files[0].name,
+                files[0].words()
+            )));
+        }
+        let outputs = self.output.iter().flat_map(|names| names.split(','));
+        let options = SpectralOptions {
+            outputs: outputs.map(|name| name.trim().to_owned()).collect(),
+            modes: self.modes,
+            band_hz: None,
+        };
+        let results: Vec<IdentifiedModes> =
+            files.iter().map(|file| identify_spectra(file, &options)).collect::<Result<_, _>>()?;
+        self.tell(&results, None, streams)
+    }
+
+    /// Modes and warnings for people, and the files that were asked for.
+    fn tell(
+        &self,
+        results: &[IdentifiedModes],
+        together: Option<&IdentifiedModes>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let combined = combine(results, together);
         for warning in &combined.warnings {
             streams.say(&format!("warning: {}", warning.message));
         }
         streams.say(&combined.linearity.statement);
         if !json_on_stdout(self.json.as_deref()) {
-            for result in &results {
+            for result in results {
                 print_modes(streams, &result.recording, &result.modes)?;
+                print_fit(streams, result)?;
                 print_real_pole(streams, result)?;
             }
             if results.len() > 1 {
                 print_modes(streams, "all recordings together", &combined.modes)?;
-                together.iter().try_for_each(|together| print_real_pole(streams, together))?;
+                together.map_or(Ok(()), |together| print_real_pole(streams, together))?;
             }
         }
         if let Some(file) = &self.json {
-            match results.as_slice() {
+            match results {
                 [only] => streams.write_json(file, only)?,
                 _ => streams.write_json(file, &combined)?,
             }
         }
         if let Some(file) = &self.report {
-            let pages: Vec<&IdentifiedModes> = together.iter().chain(&results).collect();
+            let pages: Vec<&IdentifiedModes> = together.into_iter().chain(results).collect();
             streams.write_text(file, &identify_page(&pages))?;
         }
-        match (&self.model_out, together.as_ref().or(results.first())) {
+        match (&self.model_out, together.or(results.first())) {
             (Some(file), Some(best)) => {
                 let ModalFile { text, remarks } = modal_file(best)?;
                 for remark in remarks {
@@ -139,6 +196,9 @@ impl IdentifyArgs {
     /// The input column: the one asked for, or the base's position where every recording holds that and it lies between
     /// the one asked for and the response.
     fn input(&self, recordings: &[Recording], streams: &mut Streams<'_>) -> Result<Option<String>, CliError> {
+        if self.sweep.is_some() {
+            return Ok(Some(SWEEP_COLUMN.to_owned()));
+        }
         let Some(asked) = &self.input else { return Ok(None) };
         let measured = |recording: &Recording| {
             let present = |samples: &[f64]| samples.iter().filter(|y| y.is_finite()).count();
@@ -164,7 +224,7 @@ impl IdentifyArgs {
             modes: self.modes,
             input_kind: self.input_kind.map(InputKind::from),
             output_quantity: self.output_quantity.map(OutputQuantity::from),
-            max_delay_s: self.max_delay,
+            max_delay_s: self.max_delay.unwrap_or_else(|| usual_max_delay_s(recording)),
             ..ForcedOptions::new(input, output)
         })
     }
@@ -275,6 +335,14 @@ impl From<OutputMeaning> for OutputQuantity {
 fn print_real_pole(streams: &mut Streams<'_>, result: &IdentifiedModes) -> Result<(), CliError> {
     if let Some(real) = &result.real_pole {
         writeln!(streams.out, "{}", real.words())?;
+    }
+    Ok(())
+}
+
+/// How much of its output the fit explains.
+fn print_fit(streams: &mut Streams<'_>, result: &IdentifiedModes) -> Result<(), CliError> {
+    if let Some(record) = result.records.first() {
+        writeln!(streams.out, "the fit explains {:.1} % of {}", record.fit_percent, result.output)?;
     }
     Ok(())
 }

@@ -4,3 +4,4 @@ pub mod columns;
 pub mod combined;
 pub mod modal_file;
 pub mod modes_file;
+pub mod sweep;

@@ -18,11 +18,18 @@ pub fn identify_page(results: &[&IdentifiedModes]) -> String {
             h2 { (modes.recording) }
             p {
                 @match &modes.input {
+                    None if modes.band_hz.is_some() => { "Function of frequency " code { (modes.output) } "." },
                     Some(input) => { "Forced record: output " code { (modes.output) } ", input " code { (input) } "." },
                     None => { "Free decay of " code { (modes.output) } "." },
                 }
-                " Fitted from " (format!("{:.3}", modes.window_s[0])) " s to " (format!("{:.3}", modes.window_s[1]))
-                " s; what is left has an rms of " (format!("{:.3e}", modes.residual_rms)) " in the output's unit."
+                @match modes.band_hz {
+                    Some([low, high]) => { " Fitted from " (format!("{low:.3}")) " Hz to " (format!("{high:.3}")) " Hz" },
+                    None => {
+                        " Fitted from " (format!("{:.3}", modes.window_s[0])) " s to "
+                        (format!("{:.3}", modes.window_s[1])) " s"
+                    },
+                }
+                "; what is left has an rms of " (format!("{:.3e}", modes.residual_rms)) " in the output's unit."
             }
             (mode_table(modes))
             @if !modes.linearity.statement.is_empty() { p.note { (modes.linearity.statement) } }
@@ -92,7 +99,7 @@ pub fn charts(modes: &IdentifiedModes) -> Vec<Chart> {
     charts.extend(frequency_response::chart(modes));
     if let Some(spectrum) = &modes.spectrum {
         let points = spectrum.frequency_hz.iter().copied().zip(spectrum.density.iter().copied());
-        let mut chart = Chart::new("Spectrum of the decay", "frequency (Hz)", "power density (unit²/Hz)")
+        let mut chart = Chart::new("Spectrum", "frequency (Hz)", "power density (unit²/Hz)")
             .with(Series::line("spectrum", points.collect()));
         chart.log_y = true;
         for mode in &modes.modes {

@@ -90,6 +90,8 @@ struct Window {
     first: usize,
     last: usize,
     order: usize,
+    /// Whether the output holds a transient beside the response.
+    transient: bool,
     /// Line numbers are counted in half widths, so that their powers stay of one size.
     unit: f64,
 }
@@ -101,7 +103,8 @@ impl Window {
         // Line 0 holds the mean and the last one has no phase.
         let first = centre.saturating_sub(n).max(1).min(lines.checked_sub(2 * n + 2)?);
         let last = (first.max(1) + 2 * n).min(lines - 1);
-        Some(Self { centre, first: first.max(1), last, order: options.order, unit: n.max(1) as f64 })
+        let unit = n.max(1) as f64;
+        Some(Self { centre, first: first.max(1), last, order: options.order, transient: true, unit })
     }
 
     /// Where a line stands in the window, in half widths from the centre.
@@ -109,12 +112,19 @@ impl Window {
         (line as f64 - self.centre as f64) / self.unit
     }
 
-    /// Unknowns: response (order + 1), transient (order + 1), and of the rational form the denominator's
+    /// Polynomials beside the denominator.
+    fn numerators(&self) -> usize {
+        1 + usize::from(self.transient)
+    }
+
+    /// Unknowns: response (order + 1), transient (order + 1) where there is one, and of the rational form the
+    /// denominator's
     /// coefficients after its leading 1.
     fn solve(&self, u: &[Complex64], y: &[Complex64], rational: bool, weights: &[f64]) -> Option<Solution> {
         let rows = self.last + 1 - self.first;
         let terms = self.order + 1;
-        let columns = if rational { 3 * terms - 1 } else { 2 * terms };
+        let numerators = self.numerators() * terms;
+        let columns = if rational { numerators + terms - 1 } else { numerators };
         let mut a = DMatrix::zeros(rows, columns);
         let mut b = DVector::zeros(rows);
         for (row, (line, weight)) in (self.first..=self.last).zip(weights).enumerate() {
@@ -122,9 +132,11 @@ impl Window {
             let mut power = *weight;
             for s in 0..terms {
                 a[(row, s)] = u[line] * power;
-                a[(row, terms + s)] = Complex64::from(power);
+                if self.transient {
+                    a[(row, terms + s)] = Complex64::from(power);
+                }
                 if rational && s > 0 {
-                    a[(row, 2 * terms + s - 1)] = -y[line] * power;
+                    a[(row, numerators + s - 1)] = -y[line] * power;
                 }
                 power *= r;
             }
@@ -145,16 +157,18 @@ pub(crate) struct LocalDenominator {
 const ROUNDS: usize = 8;
 
 /// Fits the local rational form around one line, the equations reweighted by the denominator found before
-/// (Sanathanan and Koerner 1963) until what is minimised is the error of the output itself.
+/// (Sanathanan and Koerner 1963) until what is minimised is the error of the output itself. A measured
+/// response has no transient.
 pub(crate) fn rational_at(
     u: &[Complex64],
     y: &[Complex64],
     line: usize,
     options: LocalOptions,
+    transient: bool,
 ) -> Option<LocalDenominator> {
-    let window = Window::around(line, options, u.len())?;
+    let window = Window { transient, ..Window::around(line, options, u.len())? };
     let mut weights = vec![1.0; window.last + 1 - window.first];
-    let start = 2 * (options.order + 1);
+    let start = window.numerators() * (options.order + 1);
     let mut solution = window.solve(u, y, true, &weights)?;
     for _ in 0..ROUNDS {
         for (row, weight) in weights.iter_mut().enumerate() {

@@ -12,7 +12,7 @@ use crate::poles::Survey;
 use crate::record_kind::RecordKind;
 use crate::result::{
     Estimate, FitTrace, IdentifiedMode, IdentifiedModes, Method, ModeShape, NoiseModel, RecordFit, Rejected,
-    SCHEMA_VERSION, UncertaintyBox,
+    SCHEMA_VERSION, UncertaintyBox, fit_percent,
 };
 
 /// Turns the modes of a recording into its result.
@@ -60,11 +60,13 @@ pub(super) fn report(
         real_pole: None,
         residual_rms: left,
         window_s: ends,
+        band_hz: None,
         records: vec![RecordFit {
             recording: recording.name.clone(),
             rows: samples.len(),
             offset,
             residual_rms: left,
+            fit_percent: fit_percent(samples, left),
             window_s: ends,
         }],
         noise: NoiseModel::default(),

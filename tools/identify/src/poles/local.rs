@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use rustfft::num_complex::Complex64;
 
 use super::{ContinuousPole, MethodMode, PoleMethod};
-use crate::frf::{LocalOptions, UniformRecord, rational_at};
+use crate::frf::{FrfEstimate, LocalOptions, UniformRecord, rational_at};
 
 /// Half widths of the windows that are tried, in lines: the resonance decides how many it fills.
 const HALF_WIDTHS: [usize; 4] = [6, 12, 24, 48];
@@ -19,10 +19,39 @@ const CLEAR: f64 = 4.0;
 /// window widths the one with the smallest standard error counts. The standard errors take the noise as
 /// white within the window and the mode as alone in it; choosing the window makes them about a third too small.
 pub fn local_rational_poles(record: &UniformRecord, near_hz: &[f64]) -> Vec<MethodMode> {
-    let (u, y, line_hz) = record.spectra();
+    let (input, output, line_hz) = record.spectra();
+    poles_near(&Lines { input: &input, output: &output, first_hz: 0.0, line_hz, transient: true }, near_hz)
+}
+
+/// The same of a measured response, whose lines are evenly spaced and free of transients.
+pub(crate) fn local_rational_poles_of(frf: &FrfEstimate, near_hz: &[f64]) -> Vec<MethodMode> {
+    let (line_hz, first_hz) = (frf.resolution_hz(), frf.frequency_hz.first().copied().unwrap_or(0.0));
+    let even = |(k, hz): (usize, &f64)| (hz - first_hz - k as f64 * line_hz).abs() < UNEVEN * line_hz;
+    if !(line_hz > 0.0 && frf.frequency_hz.iter().enumerate().all(even)) {
+        return Vec::new();
+    }
+    let input = vec![Complex64::from(1.0); frf.response.len()];
+    poles_near(&Lines { input: &input, output: &frf.response, first_hz, line_hz, transient: false }, near_hz)
+}
+
+/// How far a line may be from its place, in lines.
+const UNEVEN: f64 = 0.1;
+
+/// Evenly spaced lines of an input and an output.
+struct Lines<'l> {
+    input: &'l [Complex64],
+    output: &'l [Complex64],
+    /// Frequency of the first line and distance of neighbours, Hz.
+    first_hz: f64,
+    line_hz: f64,
+    /// Whether the output holds a transient beside the response.
+    transient: bool,
+}
+
+fn poles_near(lines: &Lines<'_>, near_hz: &[f64]) -> Vec<MethodMode> {
     let best_near = |near_hz: &f64| {
         let windows = HALF_WIDTHS.map(|half_width| LocalOptions { order: 2, half_width });
-        let found = windows.iter().filter_map(|options| pole_near(&u, &y, line_hz, *near_hz, *options));
+        let found = windows.iter().filter_map(|options| pole_near(lines, *near_hz, *options));
         let error = |mode: &MethodMode| mode.damping_stderr.unwrap_or(f64::INFINITY);
         let clear = found.filter(|mode| mode.damping_ratio > CLEAR * error(mode));
         clear.min_by(|a, b| error(a).total_cmp(&error(b)))
@@ -33,23 +62,18 @@ pub fn local_rational_poles(record: &UniformRecord, near_hz: &[f64]) -> Vec<Meth
     modes
 }
 
-fn pole_near(
-    u: &[Complex64],
-    y: &[Complex64],
-    line_hz: f64,
-    near_hz: f64,
-    options: LocalOptions,
-) -> Option<MethodMode> {
-    let mut line = (near_hz / line_hz).round() as usize;
+fn pole_near(lines: &Lines<'_>, near_hz: f64, options: LocalOptions) -> Option<MethodMode> {
+    let Lines { first_hz, line_hz, .. } = *lines;
+    let mut line = ((near_hz - first_hz) / line_hz).round().max(0.0) as usize;
     let mut found = None;
     // The window is moved onto the mode it finds.
     for _ in 0..4 {
-        let (away, stderr) = nearest_root(u, y, line, options)?;
-        let s = Complex64::new(0.0, TAU * line_hz) * (away + line as f64);
+        let (away, stderr) = nearest_root(lines, line, options)?;
+        let s = Complex64::new(0.0, TAU) * ((away + line as f64) * line_hz + first_hz);
         let pole = ContinuousPole::of_s(s)?;
         found = Some((pole, stderr));
         let moved = (away.re + line as f64).round().max(1.0) as usize;
-        if moved == line || moved + 1 >= u.len() {
+        if moved == line || moved + 1 >= lines.input.len() {
             break;
         }
         line = moved;
@@ -72,13 +96,8 @@ fn pole_near(
 
 /// The root of the local denominator nearest to the line that decays, in lines from it, and the root mean
 /// square of its complex error.
-fn nearest_root(
-    u: &[Complex64],
-    y: &[Complex64],
-    line: usize,
-    options: LocalOptions,
-) -> Option<(Complex64, f64)> {
-    let local = rational_at(u, y, line, options)?;
+fn nearest_root(lines: &Lines<'_>, line: usize, options: LocalOptions) -> Option<(Complex64, f64)> {
+    let local = rational_at(lines.input, lines.output, line, options, lines.transient)?;
     let [d1, d2] = *local.coefficients.as_slice() else { return None };
     // 1 + d1 r + d2 r² = 0, in the form that is exact when d2 is next to nothing.
     let root = (d1 * d1 - d2 * 4.0).sqrt();

@@ -25,12 +25,13 @@ pub use clusters::{Pick, Rejected};
 pub use exponential::complex_exponential;
 pub use frequency_domain::complex_frequency;
 pub use local::local_rational_poles;
+pub(crate) use local::local_rational_poles_of;
 pub use peak_picking::peak_picking;
 pub(crate) use polynomial::eigenvalues;
 pub use realisation::eigensystem_realisation;
 pub use stabilisation::{ChartPole, OrderPoles, PoleVerdict, StabilisationChart, Tolerances};
 pub use survey::{Survey, survey_decay, survey_decay_bands, survey_decay_of, survey_forced};
-pub(crate) use survey::{decimated, survey_decay_again};
+pub(crate) use survey::{decimated, survey_decay_again, survey_responses};
 
 use std::f64::consts::TAU;
 

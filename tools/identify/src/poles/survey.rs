@@ -8,7 +8,8 @@ use super::exponential::complex_exponential;
 use super::frequency_domain::Moments;
 use super::realisation::Realisation;
 use super::{
-    MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles, peak_picking,
+    MethodMode, OrderPoles, PoleMethod, StabilisationChart, Tolerances, local_rational_poles,
+    local_rational_poles_of, peak_picking,
 };
 use crate::MAX_MODES;
 use crate::decay_modes::Uniform;
@@ -60,11 +61,16 @@ pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Surve
 
     let mut modes = peak_picking(&h1, MAX_MODES);
     let mut charts = vec![
-        frequency_chart(PoleMethod::ComplexFrequency, &whole, band_hz, tolerances),
+        frequency_chart(PoleMethod::ComplexFrequency, std::slice::from_ref(&whole), band_hz, tolerances),
         exponential_chart(&whole, band_hz, tolerances),
     ];
     if let Some(rational) = &rational {
-        charts.push(frequency_chart(PoleMethod::ComplexFrequencyLocal, rational, band_hz, tolerances));
+        charts.push(frequency_chart(
+            PoleMethod::ComplexFrequencyLocal,
+            std::slice::from_ref(rational),
+            band_hz,
+            tolerances,
+        ));
     }
     modes.extend(charts.iter().flat_map(picked));
     // The charts' picks are the only places where a resonance is looked for locally.
@@ -81,6 +87,24 @@ pub fn survey_forced(record: &UniformRecord, band_hz: Option<[f64; 2]>) -> Surve
     let moments = Moments::new(std::slice::from_ref(&whole), REAL_POLE_ORDERS[2]);
     let real = |moments: &Moments| REAL_POLE_ORDERS.map(|order| moments.real_rates_per_s(order)).concat();
     Survey { frf, charts, modes, real_poles_per_s: moments.as_ref().map(real).unwrap_or_default() }
+}
+
+/// Runs the frequency-domain methods on measured responses of one structure: the least-squares complex
+/// frequency method on all together, then the local rational fit of every response around its picks.
+pub(crate) fn survey_responses(responses: &[FrfEstimate]) -> Survey {
+    let ends = |frf: &FrfEstimate| {
+        [frf.frequency_hz.first(), frf.frequency_hz.last()].map(|end| end.copied().unwrap_or(0.0))
+    };
+    let bands = responses.iter().map(ends);
+    let band_hz = bands.fold([f64::INFINITY, 0.0], |all, band| [all[0].min(band[0]), all[1].max(band[1])]);
+    let charts =
+        vec![frequency_chart(PoleMethod::ComplexFrequency, responses, band_hz, Tolerances::default())];
+    let mut modes: Vec<MethodMode> = responses.iter().flat_map(|frf| peak_picking(frf, MAX_MODES)).collect();
+    modes.extend(charts.iter().flat_map(picked));
+    let line_hz = responses.iter().map(FrfEstimate::resolution_hz).fold(f64::INFINITY, f64::min);
+    let near_hz = places(&modes, 2.0 * line_hz);
+    modes.extend(responses.iter().flat_map(|frf| local_rational_poles_of(frf, &near_hz)));
+    Survey { frf: responses.to_vec(), charts, modes, real_poles_per_s: Vec::new() }
 }
 
 /// Bands, from half the sampling rate down, that a decay of unknown modes is surveyed in, and their width as a ratio.
@@ -217,11 +241,11 @@ fn places(modes: &[MethodMode], apart_hz: f64) -> Vec<f64> {
 
 fn frequency_chart(
     method: PoleMethod,
-    frf: &FrfEstimate,
+    responses: &[FrfEstimate],
     band_hz: [f64; 2],
     tolerances: Tolerances,
 ) -> StabilisationChart {
-    let moments = Moments::new(std::slice::from_ref(frf), *ORDERS.end());
+    let moments = Moments::new(responses, *ORDERS.end());
     let orders: Vec<OrderPoles> = ORDERS
         .map(|order| OrderPoles {
             order,

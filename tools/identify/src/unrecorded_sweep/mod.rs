@@ -1,0 +1,123 @@
+//! The input of a sweep that nobody recorded: its shape, start and rate are found in the response.
+//!
+//! The plan says from where to where and how fast. Pulse compression finds the start to a period or so
+//! ([`align`]); a fit of one mode with the start and the rate as parameters finds them to a fraction of a
+//! period ([`fit`]), for each of the shapes that exciters and controllers make ([`SweepShape`]), and the
+//! shape that explains most is taken. What comes out is a recording with one more column, an input like any
+//! other.
+
+mod align;
+mod fit;
+mod plan;
+mod signal;
+
+use stillbeam_recording::Recording;
+
+pub use plan::{SweepPace, SweepPlan, SweepPlanError};
+pub use signal::SweepShape;
+
+use crate::decay_modes::Uniform;
+use crate::error::IdentifyError;
+use crate::forced_record::{present, quantity_of, refuse_constant};
+use crate::modal_response::OutputQuantity;
+use align::{Evened, align};
+use fit::{Fitted, fitted};
+use signal::SweepSignal;
+
+/// Name of the column that is added.
+pub const SWEEP_COLUMN: &str = "sweep_m_s2";
+
+/// A recording with the sweep that it answers.
+#[derive(Debug, Clone)]
+pub struct FoundSweep {
+    /// The recording with [`SWEEP_COLUMN`], an acceleration of the base, or force, of no known size.
+    pub recording: Recording,
+    /// When the sweep passed its first frequency, s on the recording's clock; it may have begun before.
+    pub start_s: f64,
+    /// Its length, s.
+    pub duration_s: f64,
+    /// Its rate as found: Hz/s of a linear sweep, of an exponential one the growth of ln f in 1/s.
+    pub rate: f64,
+    /// What it keeps the same.
+    pub shape: SweepShape,
+    /// Correlation of the response with the sweep, 0 to 1.
+    pub coherent: f64,
+}
+
+/// Correlation below which the record is no answer to the sweep: noise and other sweeps stay below 0.15.
+const COHERENT: f64 = 0.3;
+/// Highest harmonic of pulses, as a share of the sampling rate: a spline follows them.
+const HIGHEST: f64 = 0.2;
+
+/// Finds the sweep in the response and adds it as a column.
+///
+/// # Errors
+/// [`IdentifyError::SweepNotFound`] where the response is none to this sweep; else as for any output.
+pub fn find_sweep(
+    recording: &Recording,
+    output: &str,
+    quantity: Option<OutputQuantity>,
+    plan: &SweepPlan,
+) -> Result<FoundSweep, IdentifyError> {
+    let column = present(recording, output)?;
+    let quantity = quantity_of(recording, output, quantity)?;
+    refuse_constant(recording, output, &column.values)?;
+    let uniform = Uniform::new(&column.time_s, &column.values);
+    let highest_hz = plan.from_hz.max(plan.to_hz);
+    let record = Evened::new(column.time_s[0], uniform.interval_s, uniform.samples(), highest_hz);
+    let mut most = 0.0_f64;
+    let mut best: Option<(Fitted, f64)> = None;
+    for shape in SweepShape::ALL {
+        // The sines have their phase in common, up to a quarter of a period.
+        let aligned =
+            align(&record, plan, shape).into_iter().max_by(|a, b| a.coherent.total_cmp(&b.coherent));
+        let Some(aligned) = aligned else { continue };
+        most = most.max(aligned.coherent);
+        if aligned.coherent < COHERENT {
+            continue;
+        }
+        if let Some(found) = fitted(&record, plan, shape, quantity, aligned)
+            && best.as_ref().is_none_or(|(known, _)| found.left < known.left)
+        {
+            best = Some((found, aligned.coherent));
+        }
+    }
+    let Some((found, coherent)) = best else {
+        return Err(IdentifyError::SweepNotFound {
+            recording: recording.name.clone(),
+            column: output.to_owned(),
+            from_hz: plan.from_hz,
+            to_hz: plan.to_hz,
+            coherent_percent: 100.0 * most,
+        });
+    };
+    let signal = SweepSignal::new(plan, found.rate, found.shape);
+    let below_hz = HIGHEST / uniform.interval_s;
+    let values = recording.time_s.iter().map(|t| signal.value(t - found.start_s, below_hz)).collect();
+    Ok(FoundSweep {
+        recording: recording.clone().with_column(SWEEP_COLUMN, values),
+        start_s: found.start_s,
+        duration_s: signal.duration_s,
+        rate: found.rate,
+        shape: found.shape,
+        coherent,
+    })
+}
+
+impl FoundSweep {
+    /// What was found, in a sentence.
+    pub fn words(&self, plan: &SweepPlan) -> String {
+        let pace = match plan.exponential {
+            true => format!("{:.5} octaves per minute", 60.0 * self.rate.abs() / std::f64::consts::LN_2),
+            false => format!("{:.5} Hz/s", self.rate.abs()),
+        };
+        format!(
+            "the sweep from {} to {} Hz at {pace} passes its first frequency at {:.4} s: {}; the response keeps step with {:.0} % of it",
+            plan.from_hz,
+            plan.to_hz,
+            self.start_s,
+            self.shape.words(),
+            100.0 * self.coherent
+        )
+    }
+}

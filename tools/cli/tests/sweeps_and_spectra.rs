@@ -117,3 +117,27 @@ fn responses_and_power_spectra_are_identified_as_such() {
     refused(&["identify", &psd, "--input", "psd_x"], &["power spectral density", "--input"]);
     refused(&["identify", &psd, "--output", "psd_q"], &["psd_q", "psd_x"]);
 }
+
+#[test]
+fn axes_end_with_the_shapers_for_each_and_the_one_to_take() {
+    let folder = tempfile::tempdir().unwrap();
+    let axis = |name: &str, mode_hz: f64| {
+        let power = |hz: f64| {
+            let [re, im] = transmissibility(hz * MODE_HZ / mode_hz);
+            format!("{hz:.2},{:.4e}\n", 100.0 * (re * re + im * im))
+        };
+        let rows: String = (1..600).map(|k| power(0.25 * f64::from(k))).collect();
+        file(&folder, name, &format!("freq,psd_x\n{rows}"))
+    };
+    let (x, y) = (axis("x.csv", 52.0), axis("y.csv", 38.0));
+    let run = stillbeam(&["identify", &x, &y, "--axes"]);
+    assert_eq!(run.code, 0, "{}", run.messages);
+    let taken: Vec<&str> = run.out.lines().filter(|line| line.starts_with("take ")).collect();
+    assert_eq!(taken.len(), 2, "{}", run.out);
+    for (line, mode_hz) in taken.iter().zip([52.0, 38.0]) {
+        let hz: f64 = line.split(" at ").nth(1).unwrap().split(" Hz").next().unwrap().parse().unwrap();
+        assert!((hz / mode_hz - 1.0).abs() < 0.03, "{line}");
+    }
+    assert!(!run.out.contains("all recordings together"), "{}", run.out);
+    refused(&["identify", &x, "--axes", "--left", "0"], &["--left", "above 0"]);
+}

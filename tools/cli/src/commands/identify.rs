@@ -13,6 +13,7 @@ use stillbeam_plant::{BASE_POSITION, SETPOINT};
 use stillbeam_recording::{ImportedSpectra, Measurement, Recording};
 
 use crate::error::CliError;
+use crate::identification::axis_shapers::{AXIS_COLUMNS, AxisArgs, AxisShapers};
 use crate::identification::columns::output_column;
 use crate::identification::combined::combine;
 use crate::identification::modal_file::{ModalFile, modal_file};
@@ -34,7 +35,7 @@ use crate::streams::{Streams, json_on_stdout};
 Example:
   stillbeam identify sweep.csv --input setpoint_m --modes 2 --json modes.json --report modes.html
   stillbeam identify ringdown.csv --modes 3
-  stillbeam identify raw_data_x.csv --sweep 5,133.33,1Hz/s
+  stillbeam identify raw_data_x.csv raw_data_y.csv --sweep 5,133.33,1Hz/s --axes
   stillbeam identify frf.uff")]
 pub struct IdentifyArgs {
     /// Recordings of the same structure
@@ -51,6 +52,8 @@ pub struct IdentifyArgs {
     /// response. Frequencies in Hz; the rate in Hz/s (2.5Hz/s) or oct/min, or its length in seconds (36s)
     #[arg(long, value_name = "FROM,TO,RATE_OR_SECONDS[,exponential]", conflicts_with = "input")]
     sweep: Option<SweepPlan>,
+    #[command(flatten)]
+    axes: AxisArgs,
     #[command(flatten)]
     reading: ReadArgs,
     /// What the input is, where its unit does not say
@@ -114,7 +117,7 @@ impl IdentifyArgs {
             .map(|recording| self.identify(recording, input.as_deref(), streams))
             .collect::<Result<_, _>>()?;
         let together = match (&input, recordings.len()) {
-            (Some(input), 2..) => {
+            (Some(input), 2..) if !self.axes.axes => {
                 let all: Vec<&Recording> = recordings.iter().collect();
                 Some(identify_forced_together(&all, &self.forced_options(input, &recordings[0])?)?)
             }
@@ -160,15 +163,25 @@ impl IdentifyArgs {
             streams.say(&format!("warning: {}", warning.message));
         }
         streams.say(&combined.linearity.statement);
+        let axes: Vec<AxisShapers> = match self.axes.axes {
+            true => results.iter().map(|axis| self.axes.recommend(axis)).collect::<Result<_, _>>()?,
+            false => Vec::new(),
+        };
         if !json_on_stdout(self.json.as_deref()) {
             for result in results {
                 print_modes(streams, &result.recording, &result.modes)?;
                 print_fit(streams, result)?;
                 print_real_pole(streams, result)?;
             }
-            if results.len() > 1 {
+            if results.len() > 1 && !self.axes.axes {
                 print_modes(streams, "all recordings together", &combined.modes)?;
                 together.map_or(Ok(()), |together| print_real_pole(streams, together))?;
+            }
+            for axis in &axes {
+                writeln!(streams.out, "\n{axis}")?;
+            }
+            if !axes.is_empty() {
+                streams.say(AXIS_COLUMNS);
             }
         }
         if let Some(file) = &self.json {
@@ -179,7 +192,7 @@ impl IdentifyArgs {
         }
         if let Some(file) = &self.report {
             let pages: Vec<&IdentifiedModes> = together.into_iter().chain(results).collect();
-            streams.write_text(file, &identify_page(&pages))?;
+            streams.write_text(file, &identify_page(&pages, &axes))?;
         }
         match (&self.model_out, together.or(results.first())) {
             (Some(file), Some(best)) => {

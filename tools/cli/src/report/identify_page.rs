@@ -5,15 +5,22 @@ use stillbeam_identify::{Estimate, IdentifiedModes};
 
 use super::page::{figure, page, warnings};
 use super::plot::{Chart, Series, Style};
-use super::{by_amplitude, choice, frequency_response, second_opinions};
+use super::{axis_chart, by_amplitude, choice, frequency_response, second_opinions};
+use crate::identification::axis_shapers::{AXIS_COLUMNS, AxisShapers};
 
 /// Periods of the slowest mode in the close view.
 const SHOWN_PERIODS: f64 = 12.0;
 
-/// The page for one or more results, with what the classical methods see.
-pub fn identify_page(results: &[&IdentifiedModes]) -> String {
+/// The page for one or more results, with what the classical methods see; before them the shapers of the axes, if any.
+pub fn identify_page(results: &[&IdentifiedModes], axes: &[AxisShapers]) -> String {
     let body = html! {
         h1 { "Identified modes" }
+        @for axis in axes {
+            h2 { "Shaper for " (axis.axis()) }
+            pre { (axis) }
+            (figure(&axis_chart::left_over_frequency(axis), "What every type leaves of a vibration, over its frequency. The area is what may be left of the modes over their boxes."))
+        }
+        @if !axes.is_empty() { p.muted { (AXIS_COLUMNS) "." } }
         @for modes in results {
             h2 { (modes.recording) }
             p {

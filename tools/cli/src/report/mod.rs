@@ -1,5 +1,6 @@
 //! Reports: self-contained HTML pages with inline plots.
 
+mod axis_chart;
 mod by_amplitude;
 mod choice;
 pub mod demo_page;

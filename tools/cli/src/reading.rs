@@ -14,8 +14,8 @@ use crate::streams::Streams;
 /// What a recording's file may leave open.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ReadArgs {
-    /// Format of the recordings: csv, klipper, reprap, lvm, uff58, uff58b, mat, octave, npy, wav, json; by default what their
-    /// content shows
+    /// Format of the recordings: csv, klipper, reprap, lvm, uff58, uff58b, mat, octave, npy, wav, json; by
+    /// default what their content shows
     #[arg(long, value_name = "FORMAT")]
     format: Option<Format>,
     /// Column or variable that holds the time, and how many seconds its unit is, such as millis*0.001
@@ -30,7 +30,8 @@ pub struct ReadArgs {
     /// Lines to leave out before a table of text
     #[arg(long, value_name = "N")]
     skip_lines: Option<u32>,
-    /// What separates the cells of a table of text: comma, semicolon, tab, blanks, | or :; by default what its content shows
+    /// What separates the cells of a table of text: comma, semicolon, tab, blanks, | or :; by default what
+    /// its content shows
     #[arg(long, value_name = "SEPARATOR")]
     separator: Option<Separator>,
     /// Decimal sign of a table of text; by default what its content shows

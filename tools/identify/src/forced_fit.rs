@@ -2,10 +2,10 @@
 //!
 //! The measured input drives the modal equations
 //! q_r'' + 2 zeta_r omega_r q_r' + omega_r² q_r = s(t), y = sum participation_r q_r + offset,
-//! from a free initial state, delayed if that is allowed, and frequencies and dampings are chosen so that the sum of
-//! squares of recorded minus simulated output is least. Participations, initial states and the offset enter linearly
-//! and are solved for at every trial. No window, no segment, no leakage: a record shorter than the decay
-//! time is fitted as well as a long one, only with wider intervals.
+//! from a free initial state, delayed if that is allowed, and frequencies and dampings are chosen so that the
+//! sum of squares of recorded minus simulated output is least. Participations, initial states and the offset
+//! enter linearly and are solved for at every trial. No window, no segment, no leakage: a record shorter than
+//! the decay time is fitted as well as a long one, only with wider intervals.
 
 use stillbeam_recording::Recording;
 
@@ -38,12 +38,12 @@ pub struct ForcedOptions {
     pub output_quantity: Option<OutputQuantity>,
     /// What the input does between its samples.
     pub interpolation: InputInterpolation,
-    /// Lets the output come later than the input by at most plus and minus this many seconds, where the record calls
-    /// for a delay; 0 allows none. That much is left out at either end of the record at which the input does
-    /// not rest. [`usual_max_delay_s`] is a choice that suits a record.
+    /// Lets the output come later than the input by at most plus and minus this many seconds, where the
+    /// record calls for a delay; 0 allows none. That much is left out at either end of the record at which
+    /// the input does not rest. [`usual_max_delay_s`] is a choice that suits a record.
     pub max_delay_s: f64,
-    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
-    /// time. Large statistical studies may do without.
+    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them
+    /// a second time. Large statistical studies may do without.
     pub cross_checks: bool,
 }
 
@@ -86,8 +86,8 @@ pub fn identify_forced(
 
 /// Identifies the modes that several records of one structure have in common, from all of them at once.
 ///
-/// Modes, participations and the delay are common; every record has its own initial state and offset. A record
-/// weighs as much as it is long.
+/// Modes, participations and the delay are common; every record has its own initial state and offset. A
+/// record weighs as much as it is long.
 ///
 /// # Errors
 /// As [`identify_forced`]; [`IdentifyError::BadOption`] without any recording.

@@ -1,7 +1,7 @@
 //! The output-error model of one or several forced records of the same structure.
 //!
-//! Frequencies, dampings, participations, the delay and the static share of the modes beyond the band belong to
-//! the structure and are common to all records; initial states and offsets belong to each record.
+//! Frequencies, dampings, participations, the delay and the static share of the modes beyond the band belong
+//! to the structure and are common to all records; initial states and offsets belong to each record.
 
 use std::ops::Range;
 
@@ -18,8 +18,8 @@ pub(crate) const MIN_DAMPING: f64 = 1e-6;
 /// Largest damping ratio that is searched.
 pub(crate) const MAX_DAMPING: f64 = 0.95;
 
-/// Parameters are ln f and ln zeta of every mode, then the delay if it is free, then the logarithm of the real pole's rate
-/// (1/s) if there is one.
+/// Parameters are ln f and ln zeta of every mode, then the delay if it is free, then the logarithm of the
+/// real pole's rate (1/s) if there is one.
 #[derive(Clone, Copy)]
 pub(crate) struct ForcedModel<'r> {
     pub(crate) records: &'r [ForcedRecord],
@@ -30,8 +30,8 @@ pub(crate) struct ForcedModel<'r> {
     pub(crate) max_delay_s: f64,
     /// Whether the output has a share in proportion to the input's force or acceleration.
     pub(crate) direct: bool,
-    /// Whether a body that slides against viscous friction is part of the structure: a real pole, and for every mode a share
-    /// in proportion to the rate of its coordinate. Only where all inputs are forces.
+    /// Whether a body that slides against viscous friction is part of the structure: a real pole, and for
+    /// every mode a share in proportion to the rate of its coordinate. Only where all inputs are forces.
     pub(crate) real_pole: bool,
 }
 
@@ -80,7 +80,8 @@ impl<'r> ForcedModel<'r> {
         self.real_pole.then(|| parameters.get(self.rate_parameter()).map(|rate| rate.exp())).flatten()
     }
 
-    /// Columns per mode: one forced, two free ones per record, and beside a real pole the rate of the forced one.
+    /// Columns per mode: one forced, two free ones per record, and beside a real pole the rate of the forced
+    /// one.
     pub(crate) fn columns_per_mode(&self) -> usize {
         1 + 2 * self.records.len() + usize::from(self.real_pole)
     }
@@ -105,8 +106,8 @@ impl<'r> ForcedModel<'r> {
         self.direct.then(|| self.offset_index(self.records.len()))
     }
 
-    /// The columns of one mode: forced response in all rows, then a cosine and a sine for every record, then, beside a real
-    /// pole, the rate of the forced response.
+    /// The columns of one mode: forced response in all rows, then a cosine and a sine for every record, then,
+    /// beside a real pole, the rate of the forced response.
     pub(crate) fn mode_columns(&self, pole: Pole, delay_s: f64) -> Vec<Column> {
         let (mut forced, mut rate) = (Vec::new(), Vec::new());
         let mut columns = vec![Column::default()];
@@ -180,8 +181,8 @@ impl<'r> ForcedModel<'r> {
         drive.into()
     }
 
-    /// Rates of a real pole that the records can tell, 1/s: from a fall by a third over the longest record to one by e from
-    /// sample to sample.
+    /// Rates of a real pole that the records can tell, 1/s: from a fall by a third over the longest record to
+    /// one by e from sample to sample.
     pub(crate) fn rate_range_per_s(&self) -> [f64; 2] {
         let longest_s = self.records.iter().map(ForcedRecord::duration_s).fold(0.0, f64::max);
         let interval = |record: &ForcedRecord| record.duration_s() / record.time_s.len().max(2) as f64;
@@ -189,7 +190,8 @@ impl<'r> ForcedModel<'r> {
         [0.3 / longest_s, 1.0 / shortest_s]
     }
 
-    /// Search parameters for modes that start at `poles`, and a real pole that starts at a rate (1/s) where the model has one.
+    /// Search parameters for modes that start at `poles`, and a real pole that starts at a rate (1/s) where
+    /// the model has one.
     pub(crate) fn parameters(&self, poles: &[Pole], delay_s: f64, rate_per_s: Option<f64>) -> Vec<Parameter> {
         let mut parameters: Vec<Parameter> =
             poles.iter().flat_map(|start| pole_parameters(*start, 0.5)).collect();

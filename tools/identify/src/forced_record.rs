@@ -52,7 +52,8 @@ pub(crate) struct ForcedRecord {
     pub(crate) output_column: String,
     pub(crate) input_kind: InputKind,
     pub(crate) quantity: OutputQuantity,
-    /// The input, its first value taken out (a constant position excites nothing, a constant force the offset).
+    /// The input, its first value taken out (a constant position excites nothing, a constant force the
+    /// offset).
     pub(crate) input: PiecewiseCubic,
     /// Stamps of the output samples that are fitted, s.
     pub(crate) time_s: Vec<f64>,

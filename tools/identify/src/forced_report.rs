@@ -87,7 +87,8 @@ pub(crate) fn report(
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
     let span = span(model, &chosen.minimum);
     for (rows, record) in model.rows() {
-        // What the input explains is gone from the residuals; lines that are left are driven by something else.
+        // What the input explains is gone from the residuals; lines that are left are driven by something
+        // else.
         let first_row = rows.start;
         let left = &refined.residuals[rows];
         let fitted = FittedRecord {
@@ -317,7 +318,8 @@ fn mode_warnings(mode: &IdentifiedMode, records: &[ForcedRecord], starts: &Start
     warnings
 }
 
-/// Warnings for a cross-check more than three standard errors away, and farther than a record of this length resolves.
+/// Warnings for a cross-check more than three standard errors away, and farther than a record of this length
+/// resolves.
 pub(crate) fn disagreement(mode: &IdentifiedMode, check: &CrossCheck, duration_s: f64) -> Vec<Warning> {
     let [least_hz, least_ratio] = resolution(mode.frequency_hz.value, mode.damping_ratio.value, duration_s);
     let pairs = [
@@ -364,8 +366,8 @@ mod tests {
     use crate::levenberg_marquardt::Parameter;
     use crate::separable::fit;
 
-    /// What is reported of a record pushed by a swept force and fitted with modes at these frequencies, which stay where they
-    /// are.
+    /// What is reported of a record pushed by a swept force and fitted with modes at these frequencies, which
+    /// stay where they are.
     fn reported(frequencies_hz: &[f64]) -> Result<IdentifiedModes, IdentifyError> {
         // Uneven stamps have no noise model, and what is fitted stays as it was.
         let time_s: Vec<f64> =

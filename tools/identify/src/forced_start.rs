@@ -1,5 +1,5 @@
-//! Where the search for a forced mode starts: peaks of the averaged frequency response and of the spectrum of what is left,
-//! refined by a coarse scan of the time-domain sum of squares.
+//! Where the search for a forced mode starts: peaks of the averaged frequency response and of the spectrum of
+//! what is left, refined by a coarse scan of the time-domain sum of squares.
 
 use crate::column::Column;
 use crate::forced_model::{ForcedModel, MAX_DAMPING, MIN_DAMPING, pole};
@@ -28,13 +28,14 @@ pub(crate) struct Spectral {
 const SEGMENTS: usize = 4;
 /// Candidates taken from each of the three rankings of peaks.
 const CANDIDATES: usize = 6;
-/// An input that changes by less than this share of its largest change per sample rests: a hundredth is above the steps of an
-/// encoder and below what a sweep does anywhere but at its turning points.
+/// An input that changes by less than this share of its largest change per sample rests: a hundredth is above
+/// the steps of an encoder and below what a sweep does anywhere but at its turning points.
 const STILL: f64 = 0.01;
-/// Share of a record in which the input has to rest for ringing to be looked for: a response to the input is found without.
+/// Share of a record in which the input has to rest for ringing to be looked for: a response to the input is
+/// found without.
 const RESTING: f64 = 0.25;
-/// Ratio of powers by which what rings tops the median of its spectrum: the largest of a hundred thousand bins of noise does so
-/// once in a few hundred records. Scanning around peaks of noise takes time.
+/// Ratio of powers by which what rings tops the median of its spectrum: the largest of a hundred thousand
+/// bins of noise does so once in a few hundred records. Scanning around peaks of noise takes time.
 const ABOVE_FLOOR: f64 = 25.0;
 /// Bins on either side of a peak that are scanned.
 const AROUND: f64 = 1.5;
@@ -171,8 +172,8 @@ impl Starts {
         }
     }
 
-    /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods' modes and
-    /// the scan's frequency with other dampings; none near a frequency that was refused.
+    /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods'
+    /// modes and the scan's frequency with other dampings; none near a frequency that was refused.
     pub(crate) fn start_mode(
         &self,
         model: &ForcedModel,
@@ -236,8 +237,8 @@ impl Starts {
         std::iter::once(first).chain(best_of(others)).collect()
     }
 
-    /// Where a real pole may start, 1/s: the best of a scan of its range and of the real poles that the frequency-domain
-    /// methods see.
+    /// Where a real pole may start, 1/s: the best of a scan of its range and of the real poles that the
+    /// frequency-domain methods see.
     pub(crate) fn start_rate(&self, model: &ForcedModel, poles: &[Pole], delay_s: f64) -> Option<f64> {
         let thin = ForcedModel { records: &self.thinned, real_pole: true, ..*model };
         let [lower, upper] = model.rate_range_per_s();
@@ -292,7 +293,8 @@ fn around(
         .filter(move |f| *f > 0.0 && *f < nyquist_hz)
 }
 
-/// Where the residual responds most to the input, by response and by coherent output, and where it rings most.
+/// Where the residual responds most to the input, by response and by coherent output, and where it rings
+/// most.
 fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<Candidate> {
     let output = resample(&record.time_s, residuals, &spectral.grid_s);
     let spectra = CrossSpectra::welch(
@@ -342,8 +344,8 @@ fn rests(input: &[f64]) -> bool {
 
 /// Peaks of the whole residual's spectrum within the excited band.
 ///
-/// After a pulse the input rests while the structure rings: nothing in those segments is a response to it, and segments of a
-/// short record are too short to show a low mode at all.
+/// After a pulse the input rests while the structure rings: nothing in those segments is a response to it,
+/// and segments of a short record are too short to show a low mode at all.
 fn ringing(residuals: &[f64], spectral: &Spectral) -> Vec<Candidate> {
     let interval_s = spectral.record.interval_s;
     let whole = density(residuals, interval_s, residuals.len(), Window::Rectangular);

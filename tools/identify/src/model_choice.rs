@@ -1,9 +1,10 @@
-//! How many modes, and whether a delay, a direct share and a real pole: every step is judged and kept on record.
+//! How many modes, and whether a delay, a direct share and a real pole: every step is judged and kept on
+//! record.
 //!
-//! Modes are added one by one, each started where what is left responds most to the input; after every mode the
-//! delay and the direct share are tried, and of a force a real pole, because without them further modes would stand in for
-//! them; at the end whatever has become unnecessary is taken out again. A mode that is refused for what it is
-//! hides no other: the search goes on beside it.
+//! Modes are added one by one, each started where what is left responds most to the input; after every mode
+//! the delay and the direct share are tried, and of a force a real pole, because without them further modes
+//! would stand in for them; at the end whatever has become unnecessary is taken out again. A mode that is
+//! refused for what it is hides no other: the search goes on beside it.
 
 use crate::error::IdentifyError;
 use crate::forced_fit::{ForcedOptions, MAX_MODES};
@@ -282,7 +283,8 @@ impl Chosen<'_> {
         let refusal = not_sensible(&wider, &found, starts);
         let undetermined = if refusal.is_none() { not_determined(&wider, &found) } else { None };
         if undetermined.is_some() && self.model.delay && self.model.real_pole {
-            // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine the one beside the other.
+            // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine
+            // the one beside the other.
             self.drop_idle_details(starts);
             if !self.model.delay {
                 return self.add_mode(starts, asked_for, refused_hz);
@@ -493,7 +495,8 @@ fn not_determined(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Option
 
 /// Why a real pole is none that the record shows, if it is none.
 ///
-/// Beyond the band that the input excites its response is the input's own, which is a direct share, or a delay.
+/// Beyond the band that the input excites its response is the input's own, which is a direct share, or a
+/// delay.
 fn no_real_pole(model: &ForcedModel<'_>, found: &Minimum<Projected>, starts: &Starts) -> Option<String> {
     let rate_per_s = model.rate_per_s(&found.parameters)?;
     let [lower, highest] = model.rate_range_per_s();
@@ -511,8 +514,8 @@ fn no_real_pole(model: &ForcedModel<'_>, found: &Minimum<Projected>, starts: &St
     }
 }
 
-/// Why a fit is no model of the structure, if it is none: a mode below one period per record is a trend, one above
-/// the output's Nyquist frequency an alias, one near critical damping a drift.
+/// Why a fit is no model of the structure, if it is none: a mode below one period per record is a trend, one
+/// above the output's Nyquist frequency an alias, one near critical damping a drift.
 fn not_sensible(model: &ForcedModel<'_>, found: &Minimum<Projected>, starts: &Starts) -> Option<String> {
     let slowest_hz =
         model.records.iter().map(|record| 1.0 / record.duration_s()).fold(f64::INFINITY, f64::min);

@@ -21,8 +21,8 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub struct Estimate {
     /// The value, in the unit of the field that holds it.
     pub value: f64,
-    /// Standard error in the same unit, robust to correlated residuals; infinite (`null` in JSON, or absent) when the
-    /// record does not determine the value.
+    /// Standard error in the same unit, robust to correlated residuals; infinite (`null` in JSON, or absent)
+    /// when the record does not determine the value.
     #[serde(default = "infinite", deserialize_with = "null_is_infinite")]
     pub stderr: f64,
 }
@@ -64,11 +64,13 @@ pub enum Method {
     PowerFit,
 }
 
-/// A second opinion on a mode. The standard error of a classical method is its scatter together with the error that it
-/// makes on a record of exactly the fitted modes and noise like this one's; infinite where it does not find the mode there.
+/// A second opinion on a mode. The standard error of a classical method is its scatter together with the
+/// error that it makes on a record of exactly the fitted modes and noise like this one's; infinite where it
+/// does not find the mode there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CrossCheck {
-    /// `frf_half_power`, `logarithmic_decrement`, `early_decay`, `late_decay`, or a [`PoleMethod`](crate::poles::PoleMethod).
+    /// `frf_half_power`, `logarithmic_decrement`, `early_decay`, `late_decay`, or a
+    /// [`PoleMethod`](crate::poles::PoleMethod).
     pub method: String,
     /// Natural frequency, Hz.
     pub frequency_hz: Option<Estimate>,
@@ -91,8 +93,9 @@ pub struct IdentifiedMode {
     /// Participation: output per modal coordinate, whose equation is forced by minus the base's
     /// acceleration or by the force. `None` in a free decay, where it cannot be known.
     pub participation: Option<Estimate>,
-    /// Output per rate of the modal coordinate, s times the unit of the participation: where friction on a free base keeps the
-    /// structure from moving in phase. Only beside a real pole ([`IdentifiedModes::real_pole`]).
+    /// Output per rate of the modal coordinate, s times the unit of the participation: where friction on a
+    /// free base keeps the structure from moving in phase. Only beside a real pole
+    /// ([`IdentifiedModes::real_pole`]).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate_participation: Option<Estimate>,
     /// Second opinions.
@@ -108,8 +111,8 @@ pub struct IdentifiedMode {
     pub uncertainty_box: UncertaintyBox,
 }
 
-/// Ranges of frequency and damping ratio: two standard errors either way and, where the mode depends on amplitude,
-/// everything between small and large amplitude.
+/// Ranges of frequency and damping ratio: two standard errors either way and, where the mode depends on
+/// amplitude, everything between small and large amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct UncertaintyBox {
     /// Lowest and highest natural frequency, Hz.
@@ -127,7 +130,8 @@ impl UncertaintyBox {
 }
 
 impl IdentifiedMode {
-    /// Energy of its free decay from the amplitude given, the square of the output's unit times s: what ranks modes.
+    /// Energy of its free decay from the amplitude given, the square of the output's unit times s: what ranks
+    /// modes.
     pub fn energy(&self) -> f64 {
         let decay_per_s = std::f64::consts::TAU * self.frequency_hz.value * self.damping_ratio.value;
         self.amplitude.value.powi(2) / (4.0 * decay_per_s)
@@ -198,8 +202,8 @@ impl IdentifiedMode {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum NoiseModel {
-    /// The residuals are white, or their stamps too uneven for a filter: plain least squares, with standard errors
-    /// that allow for correlation.
+    /// The residuals are white, or their stamps too uneven for a filter: plain least squares, with standard
+    /// errors that allow for correlation.
     #[default]
     White,
     /// Coloured: the fit was made through the filter that whitens the residuals.
@@ -207,8 +211,8 @@ pub enum NoiseModel {
         /// Order of the autoregression.
         order: usize,
     },
-    /// Coloured, but not noise: the whitened fit differs from the plain one by more than independent noise allows,
-    /// so that the residuals hold something of the structure. The plain fit is reported.
+    /// Coloured, but not noise: the whitened fit differs from the plain one by more than independent noise
+    /// allows, so that the residuals hold something of the structure. The plain fit is reported.
     NotNoise {
         /// Order of the autoregression.
         order: usize,
@@ -260,8 +264,8 @@ pub struct ModelStep {
     pub parameters: usize,
     /// Root mean square of what the model with it leaves, in the output's unit.
     pub residual_rms: f64,
-    /// Schwarz's criterion: rows times the logarithm of the ratio of the sums of squares, less the logarithm of the
-    /// rows for every parameter. Above 10 speaks for it.
+    /// Schwarz's criterion: rows times the logarithm of the ratio of the sums of squares, less the logarithm
+    /// of the rows for every parameter. Above 10 speaks for it.
     pub evidence: f64,
     /// Whether it was kept.
     pub kept: bool,
@@ -336,9 +340,9 @@ pub(crate) fn fit_percent(output: &[f64], residual_rms: f64) -> f64 {
 
 /// A body that the force moves freely against viscous friction: no mode, a velocity that is forgotten.
 ///
-/// Its coordinate p obeys p' + p / time constant = force, and the output has participation times p (its rate, for an output
-/// that is a velocity; the rate of that, for an acceleration). For a base on a guide the time constant is the moved mass
-/// over the friction, nearly.
+/// Its coordinate p obeys p' + p / time constant = force, and the output has participation times p (its rate,
+/// for an output that is a velocity; the rate of that, for an acceleration). For a base on a guide the time
+/// constant is the moved mass over the friction, nearly.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RealPole {
     /// Time by which the velocity falls by e, s.
@@ -387,8 +391,8 @@ pub struct IdentifiedModes {
     pub output: String,
     /// Modes by rising frequency.
     pub modes: Vec<IdentifiedMode>,
-    /// The modes as the classical methods see them, those included that the fit does not have; of the first recording,
-    /// where there are several.
+    /// The modes as the classical methods see them, those included that the fit does not have; of the first
+    /// recording, where there are several.
     #[serde(default)]
     pub second_opinions: Vec<MethodMode>,
     /// Frequency response of a forced record.
@@ -399,12 +403,12 @@ pub struct IdentifiedModes {
     pub offset: Estimate,
     /// Delay of the output behind the input, s, when it was asked for.
     pub delay_s: Option<Estimate>,
-    /// The share of the output in direct proportion to the force or to minus the base's acceleration: the static
-    /// compliance of the modes beyond the band. Where the record calls for it.
+    /// The share of the output in direct proportion to the force or to minus the base's acceleration: the
+    /// static compliance of the modes beyond the band. Where the record calls for it.
     #[serde(default)]
     pub direct: Option<Estimate>,
-    /// The real pole beside the modes that viscous friction gives a structure whose base is free and pushed by a force. Where
-    /// the record calls for it; never where the input is a motion of the base.
+    /// The real pole beside the modes that viscous friction gives a structure whose base is free and pushed
+    /// by a force. Where the record calls for it; never where the input is a motion of the base.
     #[serde(default)]
     pub real_pole: Option<RealPole>,
     /// Root mean square of recorded minus fitted output, in the output's unit.

@@ -26,8 +26,8 @@ pub(crate) trait Separable {
     fn block(&self, block: usize, parameters: &[f64]) -> Vec<Column>;
     /// Whether a block's columns depend on a parameter.
     fn depends(&self, block: usize, parameter: usize) -> bool;
-    /// Derivatives of the sum of a block's columns times the coefficients, with respect to every parameter that the
-    /// block depends on, by parameter. The columns are those that [`Separable::block`] gave.
+    /// Derivatives of the sum of a block's columns times the coefficients, with respect to every parameter
+    /// that the block depends on, by parameter. The columns are those that [`Separable::block`] gave.
     fn tangents(
         &self,
         block: usize,
@@ -127,7 +127,8 @@ impl<M: Separable> LeastSquares for Projection<'_, M> {
         &point.residuals
     }
 
-    /// With Q the basis and T the tangents, J = -(T - Q Q'T): J'J = T'T - (Q'T)'(Q'T), and since Q'r = 0, J'r = -T'r.
+    /// With Q the basis and T the tangents, J = -(T - Q Q'T): J'J = T'T - (Q'T)'(Q'T), and since Q'r = 0, J'r
+    /// = -T'r.
     fn curvature(&self, parameters: &[f64], point: &Projected) -> (DMatrix<f64>, DVector<f64>) {
         let tangents = self.tangents(parameters, point);
         let inside: Vec<Vec<f64>> = tangents.iter().map(|tangent| point.basis.components(tangent)).collect();
@@ -153,7 +154,8 @@ pub(crate) fn span<M: Separable>(model: &M, minimum: &Minimum<Projected>) -> Ort
     span
 }
 
-/// What the model leaves at given parameters, the linear coefficients solved for; `None` where it cannot be evaluated.
+/// What the model leaves at given parameters, the linear coefficients solved for; `None` where it cannot be
+/// evaluated.
 pub(crate) fn sum_of_squares_at<M: Separable>(model: &M, parameters: &[f64]) -> Option<f64> {
     let point = Projection(model).at(parameters)?;
     Some(crate::tall::dot(&point.residuals, &point.residuals))

@@ -12,8 +12,8 @@ const REST: f64 = 0.02;
 /// Warns when a signal sits at one of its extremes.
 ///
 /// A smooth signal touches its extreme once; a clipped one stays there for runs of samples, and far more
-/// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse a base
-/// rests at its extreme, and between its blows a hammer rests at zero: that is no clipping.
+/// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse
+/// a base rests at its extreme, and between its blows a hammer rests at zero: that is no clipping.
 pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
     let sides = clipped_sides(samples).into_iter();
     sides
@@ -126,7 +126,8 @@ mod tests {
         assert!(matches!(found[0].kind, WarningKind::Clipping { level: 0.8, .. }) && found.len() == 1);
     }
 
-    /// There and back within a tenth of the record, as the firmware moves: at rest before and after, and once between.
+    /// There and back within a tenth of the record, as the firmware moves: at rest before and after, and once
+    /// between.
     #[test]
     fn a_base_that_rests_at_its_extreme_is_not_clipped_and_one_that_is_cut_off_on_the_way_is() {
         let smooth = |x: f64| x.powi(3) * (10.0 - 15.0 * x + 6.0 * x * x);

@@ -224,8 +224,8 @@ pub enum WarningKind {
         /// The first one, s.
         at_s: f64,
     },
-    /// Stamps are even, but from here on the record is early or late by whole intervals: frames were lost, or delivered
-    /// twice, and numbered all the same.
+    /// Stamps are even, but from here on the record is early or late by whole intervals: frames were lost, or
+    /// delivered twice, and numbered all the same.
     LostFrames {
         /// The recording.
         recording: String,
@@ -234,8 +234,8 @@ pub enum WarningKind {
         /// Where, s.
         at_s: f64,
     },
-    /// A mode may be the image of one above half the sampling rate: it is close to it and the record cannot tell, or the
-    /// record fits the image better.
+    /// A mode may be the image of one above half the sampling rate: it is close to it and the record cannot
+    /// tell, or the record fits the image better.
     MayBeAliased {
         /// Frequency of the mode, Hz.
         mode_hz: f64,

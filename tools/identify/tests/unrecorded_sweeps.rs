@@ -74,6 +74,7 @@ impl Shaken {
                 match self.shape {
                     SweepShape::Position => middle_hz * (hz / middle_hz).powi(2) * (TAU * periods).sin(),
                     SweepShape::Velocity => hz * (TAU * periods).cos(),
+                    SweepShape::GlidingPulses => hz * (TAU * periods).sin().signum(),
                     _ => middle_hz * (TAU * periods).sin(),
                 }
             };
@@ -166,6 +167,27 @@ fn cases() -> Vec<Shaken> {
             damping_ratio: 0.005,
             ..pulses.clone()
         },
+        Shaken {
+            plan: "5,95,2.5Hz/s",
+            shape: SweepShape::GlidingPulses,
+            start_s: -2.0,
+            record_s: 28.0,
+            frequency_hz: 27.4,
+            damping_ratio: 0.07,
+            ..pulses.clone()
+        },
+        Shaken {
+            plan: "8,120,56s",
+            shape: SweepShape::GlidingPulses,
+            from_hz: 8.0,
+            to_hz: 120.0,
+            sweep_s: 56.0,
+            start_s: 1.3,
+            record_s: 50.0,
+            frequency_hz: 61.0,
+            damping_ratio: 0.04,
+            ..pulses.clone()
+        },
         pulses,
     ]
 }
@@ -187,7 +209,7 @@ fn modes_come_from_a_sweep_that_only_its_plan_tells() {
 
 #[test]
 fn a_record_that_answers_another_sweep_is_refused() {
-    let case = cases().remove(4);
+    let case = cases().pop().unwrap();
     let recording = case.recorded(7);
     for plan in ["5,95,1Hz/s", "5,95,30s,exponential", "95,5,36s"] {
         let refusal = identified(&recording, plan).unwrap_err();

@@ -75,8 +75,8 @@ pub struct IdentifyArgs {
     /// Where the free decay ends, s; by default where it has long sunk into the noise
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     end: Option<f64>,
-    /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those that
-    /// explain most of it
+    /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those
+    /// that explain most of it
     #[arg(long, value_name = "N")]
     modes: Option<usize>,
     /// Write JSON to this file, or to standard output for -
@@ -85,8 +85,8 @@ pub struct IdentifyArgs {
     /// Write a report with plots to this file
     #[arg(long, value_name = "FILE.html")]
     report: Option<String>,
-    /// Write a modal model for `simulate` to this file, from all recordings together where they are forced, else from
-    /// the first one
+    /// Write a modal model for `simulate` to this file, from all recordings together where they are forced,
+    /// else from the first one
     #[arg(long, value_name = "FILE.toml")]
     model_out: Option<String>,
 }
@@ -206,8 +206,8 @@ impl IdentifyArgs {
         }
     }
 
-    /// The input column: the one asked for, or the base's position where every recording holds that and it lies between
-    /// the one asked for and the response.
+    /// The input column: the one asked for, or the base's position where every recording holds that and it
+    /// lies between the one asked for and the response.
     fn input(&self, recordings: &[Recording], streams: &mut Streams<'_>) -> Result<Option<String>, CliError> {
         if self.sweep.is_some() {
             return Ok(Some(SWEEP_COLUMN.to_owned()));

@@ -17,7 +17,8 @@ const TOLD_AT_M_S2: f64 = 5.0;
 /// How the shapers of an axis are compared.
 #[derive(Clone, Debug, Args)]
 pub struct AxisArgs {
-    /// Take every recording as an axis of its own, and end with the shapers for it side by side and which to take
+    /// Take every recording as an axis of its own, and end with the shapers for it side by side and which to
+    /// take
     #[arg(long)]
     pub axes: bool,
     /// With --axes: how far the path may be off a corner at the largest acceleration
@@ -61,7 +62,7 @@ impl AxisArgs {
 impl AxisArgs {
     fn request(&self) -> Result<AxisRequest, CliError> {
         let deviation_m = self.corner_deviation.metres();
-        if !(deviation_m > 0.0) {
+        if deviation_m.is_nan() || deviation_m <= 0.0 {
             return Err(CliError::Usage(
                 "--corner-deviation: give a length above 0, such as 0.12mm".to_owned(),
             ));
@@ -77,8 +78,9 @@ impl AxisArgs {
     }
 }
 
-/// A mode's weight in the vibration that a change of the axis' acceleration leaves: its participation over the square of its
-/// frequency, which is its share of the displacement. Where participations are not known, its amplitude in the record.
+/// A mode's weight in the vibration that a change of the axis' acceleration leaves: its participation over
+/// the square of its frequency, which is its share of the displacement. Where participations are not known,
+/// its amplitude in the record.
 fn weight(mode: &IdentifiedMode) -> f64 {
     let (hz, amplitude) = (mode.frequency_hz.value, mode.amplitude.value);
     let weight = mode.participation.map_or(amplitude.abs(), |share| share.value.abs() / (hz * hz));
@@ -87,7 +89,7 @@ fn weight(mode: &IdentifiedMode) -> f64 {
 
 /// Power density of the recorded acceleration, pairs of hertz and density; nothing of other quantities.
 fn acceleration_density(axis: &IdentifiedModes) -> Option<Vec<(f64, f64)>> {
-    if !axis.output.ends_with("_m_s2") {
+    if !axis.output.ends_with("m_s2") {
         return None;
     }
     let pairs = |hz: &[f64], density: &[f64]| hz.iter().copied().zip(density.iter().copied()).collect();
@@ -143,7 +145,9 @@ impl AxisShapers {
     fn advice(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { comparison, request, .. } = self;
         let best = &comparison.best;
-        let (deviation_mm, speed_mm_s) = (1e3 * request.corner.deviation_m, 1e3 * request.corner.speed_m_s);
+        // To nanometres: lengths that were given in millimetres are said as they were given.
+        let rounded = |metres: f64| (1e9 * metres).round() / 1e6;
+        let [deviation_mm, speed_mm_s] = [request.corner.deviation_m, request.corner.speed_m_s].map(rounded);
         writeln!(
             f,
             "take {} at {:.2} Hz: it leaves {:.1} % of the vibration and allows {:.0} mm/s² ({deviation_mm} mm off a corner passed at {speed_mm_s} mm/s)",

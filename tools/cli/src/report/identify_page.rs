@@ -11,7 +11,8 @@ use crate::identification::axis_shapers::{AXIS_COLUMNS, AxisShapers};
 /// Periods of the slowest mode in the close view.
 const SHOWN_PERIODS: f64 = 12.0;
 
-/// The page for one or more results, with what the classical methods see; before them the shapers of the axes, if any.
+/// The page for one or more results, with what the classical methods see; before them the shapers of the
+/// axes, if any.
 pub fn identify_page(results: &[&IdentifiedModes], axes: &[AxisShapers]) -> String {
     let body = html! {
         h1 { "Identified modes" }

@@ -1,10 +1,10 @@
 //! The local polynomial and the local rational method (Schoukens, Vandersteen, Barbe and Pintelon 2009;
 //! McKelvey and Guérin 2012).
 //!
-//! The spectra of a whole record without a window obey Y(k) = G(k) U(k) + T(k) + V(k): the transient T, which is
-//! what a window would smear, is as smooth a function of frequency as the response G itself. Within 2 n + 1 lines
-//! around each one both are written as polynomials of the line number r (order R), or as rational functions
-//! with one common denominator, and found by least squares; the residual is the noise.
+//! The spectra of a whole record without a window obey Y(k) = G(k) U(k) + T(k) + V(k): the transient T, which
+//! is what a window would smear, is as smooth a function of frequency as the response G itself. Within 2 n +
+//! 1 lines around each one both are written as polynomials of the line number r (order R), or as rational
+//! functions with one common denominator, and found by least squares; the residual is the noise.
 
 use nalgebra::{DMatrix, DVector};
 use rustfft::num_complex::Complex64;

@@ -12,12 +12,13 @@ const HALF_WIDTHS: [usize; 4] = [6, 12, 24, 48];
 /// Standard errors that a damping ratio must be above zero: noise has poles, too.
 const CLEAR: f64 = 4.0;
 
-/// Modes near the frequencies given, each from the spectra of the whole record around it, by frequency. Places
-/// that lead to the same mode give it once, those that lead to none give none.
+/// Modes near the frequencies given, each from the spectra of the whole record around it, by frequency.
+/// Places that lead to the same mode give it once, those that lead to none give none.
 ///
-/// Transients are part of the local model, so a record that begins or ends ringing is no reason for bias. Of four
-/// window widths the one with the smallest standard error counts. The standard errors take the noise as
-/// white within the window and the mode as alone in it; choosing the window makes them about a third too small.
+/// Transients are part of the local model, so a record that begins or ends ringing is no reason for bias. Of
+/// four window widths the one with the smallest standard error counts. The standard errors take the noise as
+/// white within the window and the mode as alone in it; choosing the window makes them about a third too
+/// small.
 pub fn local_rational_poles(record: &UniformRecord, near_hz: &[f64]) -> Vec<MethodMode> {
     let (input, output, line_hz) = record.spectra();
     poles_near(&Lines { input: &input, output: &output, first_hz: 0.0, line_hz, transient: true }, near_hz)

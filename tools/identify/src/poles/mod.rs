@@ -93,8 +93,8 @@ pub struct MethodMode {
     pub method: PoleMethod,
     /// Undamped natural frequency, Hz.
     pub frequency_hz: f64,
-    /// Its standard error, Hz, if the method has one; of a chart's pick the scatter over the model orders, which sees
-    /// neither leakage nor bias.
+    /// Its standard error, Hz, if the method has one; of a chart's pick the scatter over the model orders,
+    /// which sees neither leakage nor bias.
     pub frequency_stderr_hz: Option<f64>,
     /// Damping ratio.
     pub damping_ratio: f64,

@@ -40,8 +40,9 @@ pub struct Survey {
     pub charts: Vec<StabilisationChart>,
     /// Modes by every method: the picks of the charts, and those of the methods without one.
     pub modes: Vec<MethodMode>,
-    /// Rates of the real poles that the least-squares complex frequency method sees, 1/s: poles that do not oscillate, most of
-    /// them of no meaning. Starts for the fit of a free base with friction; none of a free decay.
+    /// Rates of the real poles that the least-squares complex frequency method sees, 1/s: poles that do not
+    /// oscillate, most of them of no meaning. Starts for the fit of a free base with friction; none of a free
+    /// decay.
     pub real_poles_per_s: Vec<f64>,
 }
 
@@ -107,7 +108,8 @@ pub(crate) fn survey_responses(responses: &[FrfEstimate]) -> Survey {
     Survey { frf: responses.to_vec(), charts, modes, real_poles_per_s: Vec::new() }
 }
 
-/// Bands, from half the sampling rate down, that a decay of unknown modes is surveyed in, and their width as a ratio.
+/// Bands, from half the sampling rate down, that a decay of unknown modes is surveyed in, and their width as
+/// a ratio.
 const BANDS: usize = 6;
 const BAND_RATIO: f64 = 5.0;
 /// The next band ends at this share of the one before: they overlap a little.
@@ -117,8 +119,8 @@ const HIGHEST: f64 = 0.95;
 /// Periods of its highest frequency that a band's decay must have.
 const PERIODS: f64 = 12.0;
 
-/// Runs the methods for free decays on an evenly sampled one of which nothing is known, band by band: a realisation
-/// sees well over no more than a decade.
+/// Runs the methods for free decays on an evenly sampled one of which nothing is known, band by band: a
+/// realisation sees well over no more than a decade.
 pub fn survey_decay_bands(decay: &[f64], interval_s: f64) -> Survey {
     let duration_s = decay.len() as f64 * interval_s;
     let mut survey = Survey::default();
@@ -160,7 +162,8 @@ pub(crate) fn survey_decay_again(
     survey
 }
 
-/// Runs the methods for free decays on an evenly sampled one; `highest_hz` is the highest frequency of interest.
+/// Runs the methods for free decays on an evenly sampled one; `highest_hz` is the highest frequency of
+/// interest.
 pub fn survey_decay(decay: &[f64], interval_s: f64, highest_hz: f64) -> Survey {
     survey_decay_within(decay, interval_s, [1.0 / (decay.len().max(1) as f64 * interval_s), highest_hz])
 }
@@ -304,7 +307,8 @@ pub(crate) fn decimated(signal: &[f64], interval_s: f64, rate_hz: f64) -> (Vec<f
     if signal.len() < SHORTEST || !(factor >= 1.5 && factor.is_finite()) {
         return (centred().collect(), interval_s);
     }
-    // Low-pass and decimation in one: the spectrum, padded so that the end does not wrap, cut off and turned back.
+    // Low-pass and decimation in one: the spectrum, padded so that the end does not wrap, cut off and turned
+    // back.
     let length = (signal.len() + signal.len() / 4).next_power_of_two();
     let mut bins: Vec<Complex64> = centred().map(Complex64::from).collect();
     bins.resize(length, Complex64::new(0.0, 0.0));

@@ -88,7 +88,7 @@ pub(super) fn align(record: &Evened, plan: &SweepPlan, shape: SweepShape) -> Vec
 
 fn align_at(record: &Evened, plan: &SweepPlan, shape: SweepShape, rate: f64) -> Option<Alignment> {
     let h = record.interval_s;
-    let whole = SweepSignal::new(plan, rate, shape);
+    let whole = SweepSignal::new(plan, rate, shape, 0.0);
     let template = (whole.duration_s / h) as usize;
     if template < 16 || record.samples.len() + template > MOST_SAMPLES {
         return None;
@@ -109,7 +109,7 @@ fn align_at(record: &Evened, plan: &SweepPlan, shape: SweepShape, rate: f64) -> 
         power.push(power[power.len() - 1] + value * value);
     }
     let correlate = |rate: f64| {
-        let signal = SweepSignal::new(plan, rate, shape);
+        let signal = SweepSignal::new(plan, rate, shape, 0.0);
         let count = ((signal.duration_s / h) as usize).min(length - y.len());
         let turn = |k: usize| Complex64::from_polar(1.0, TAU * signal.periods(k as f64 * h).fract());
         let mut bins = padded(&mut (0..count).map(turn));

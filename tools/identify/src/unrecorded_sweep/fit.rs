@@ -26,7 +26,8 @@ const RATE_REACH: f64 = 0.01;
 /// Damping ratio that the fit starts from.
 const DAMPING: f64 = 0.03;
 
-/// The parameters are ln f and ln zeta of the mode, the start (s) and the logarithm of the rate.
+/// The parameters are ln f and ln zeta of the mode, the start (s), the logarithm of the rate and the phase at
+/// the start (periods).
 struct OneMode<'r> {
     time_s: Vec<f64>,
     output: Vec<f64>,
@@ -41,6 +42,8 @@ struct OneMode<'r> {
 pub(super) struct Fitted {
     pub(super) start_s: f64,
     pub(super) rate: f64,
+    /// Where in a period it starts, periods.
+    pub(super) phase: f64,
     pub(super) shape: SweepShape,
     /// What the sweep and one mode leave of the output, sum of squares.
     pub(super) left: f64,
@@ -48,7 +51,7 @@ pub(super) struct Fitted {
 
 impl OneMode<'_> {
     fn input(&self, parameters: &[f64]) -> PiecewiseCubic {
-        let signal = SweepSignal::new(self.plan, self.sign * parameters[3].exp(), self.shape);
+        let signal = SweepSignal::new(self.plan, self.sign * parameters[3].exp(), self.shape, parameters[4]);
         let highest_hz = self.plan.from_hz.max(self.plan.to_hz);
         let step_s = 1.0 / (POINTS * highest_hz);
         let ends = [self.time_s.first(), self.time_s.last()].map(|end| end.copied().unwrap_or(0.0));
@@ -96,7 +99,7 @@ pub(super) fn fitted(
     quantity: OutputQuantity,
     alignment: Alignment,
 ) -> Option<Fitted> {
-    let signal = SweepSignal::new(plan, alignment.rate, shape);
+    let signal = SweepSignal::new(plan, alignment.rate, shape, 0.0);
     let time = |k: usize| record.first_s + k as f64 * record.interval_s;
     let level = record.level(4.0 / plan.from_hz.min(plan.to_hz));
     let swept = |k: usize| (0.0..=signal.duration_s).contains(&(time(k) - alignment.start_s));
@@ -124,39 +127,48 @@ pub(super) fn fitted(
             ..quiet_after.max((loudest + around).min(level.len())),
     );
     let pole = Pole { frequency_hz: peak_hz, damping_ratio: DAMPING };
-    let starts = (-HALF_PERIODS..=HALF_PERIODS)
-        .map(|half| alignment.start_s + f64::from(half) * 0.5 / peak_hz)
-        .filter_map(|start_s| fit_roughly(&near, &parameters(pole, start_s, alignment.rate, peak_hz)));
+    let starts = starts(shape, alignment.start_s, peak_hz).into_iter().filter_map(|[start_s, phase]| {
+        fit_roughly(&near, &parameters(pole, [start_s, alignment.rate, phase], shape, peak_hz))
+    });
     let near = starts.min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))?;
     let first = (0..level.len()).find(|k| swept(*k))?;
     let last = (first..level.len()).rev().find(|k| swept(*k))?;
     let whole = model(first..last + 1);
     let pole = crate::forced_model::pole(&near.parameters, 0);
     let rate = alignment.rate.signum() * near.parameters[3].exp();
-    let best = fit_roughly(&whole, &parameters(pole, near.parameters[2], rate, peak_hz))?;
+    let best = fit_roughly(
+        &whole,
+        &parameters(pole, [near.parameters[2], rate, near.parameters[4]], shape, peak_hz),
+    )?;
     Some(Fitted {
         start_s: best.parameters[2],
         rate: alignment.rate.signum() * best.parameters[3].exp(),
+        phase: best.parameters[4],
         shape,
         left: best.sum_of_squares,
     })
 }
 
-fn parameters(at: Pole, start_s: f64, rate: f64, peak_hz: f64) -> Vec<Parameter> {
+/// Starts (s) and phases (periods) to fit from. Of a sweep that may start anywhere in a period two phases are
+/// enough, as the mode's sign is free; one of a known phase is in step only half a period further.
+fn starts(shape: SweepShape, aligned_s: f64, peak_hz: f64) -> Vec<[f64; 2]> {
+    if shape.starts_anywhere() {
+        return vec![[aligned_s, 0.0], [aligned_s, 0.25]];
+    }
+    let halves = -HALF_PERIODS..=HALF_PERIODS;
+    halves.map(|half| [aligned_s + f64::from(half) * 0.5 / peak_hz, 0.0]).collect()
+}
+
+/// The parameters around a mode and a sweep of a start (s), a rate and a phase (periods).
+fn parameters(at: Pole, sweep: [f64; 3], shape: SweepShape, peak_hz: f64) -> Vec<Parameter> {
+    let [start_s, rate, phase] = sweep;
     let mut parameters = pole_parameters(at, 0.3).to_vec();
-    let reach_s = 4.0 / peak_hz;
-    parameters.push(Parameter {
-        start: start_s,
-        lower: start_s - reach_s,
-        upper: start_s + reach_s,
-        max_step: 0.25 / peak_hz,
-    });
     let rate = rate.abs().ln();
-    parameters.push(Parameter {
-        start: rate,
-        lower: rate - RATE_REACH,
-        upper: rate + RATE_REACH,
-        max_step: 1e-3,
-    });
+    let phase_reach = if shape.starts_anywhere() { 1.0 } else { 0.0 };
+    for (start, reach, max_step) in
+        [(start_s, 4.0 / peak_hz, 0.25 / peak_hz), (rate, RATE_REACH, 1e-3), (phase, phase_reach, 0.1)]
+    {
+        parameters.push(Parameter { start, lower: start - reach, upper: start + reach, max_step });
+    }
     parameters
 }

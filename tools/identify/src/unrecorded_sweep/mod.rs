@@ -67,10 +67,12 @@ pub fn find_sweep(
     let record = Evened::new(column.time_s[0], uniform.interval_s, uniform.samples(), highest_hz);
     let mut most = 0.0_f64;
     let mut best: Option<(Fitted, f64)> = None;
+    let closest =
+        |shape| align(&record, plan, shape).into_iter().max_by(|a, b| a.coherent.total_cmp(&b.coherent));
+    // Sweeps without steps of frequency are in step together, whatever they keep the same.
+    let (stepping, gliding) = (closest(SweepShape::Pulses), closest(SweepShape::GlidingPulses));
     for shape in SweepShape::ALL {
-        // The sines have their phase in common, up to a quarter of a period.
-        let aligned =
-            align(&record, plan, shape).into_iter().max_by(|a, b| a.coherent.total_cmp(&b.coherent));
+        let aligned = if shape.starts_anywhere() { gliding } else { stepping };
         let Some(aligned) = aligned else { continue };
         most = most.max(aligned.coherent);
         if aligned.coherent < COHERENT {
@@ -91,7 +93,7 @@ pub fn find_sweep(
             coherent_percent: 100.0 * most,
         });
     };
-    let signal = SweepSignal::new(plan, found.rate, found.shape);
+    let signal = SweepSignal::new(plan, found.rate, found.shape, found.phase);
     let below_hz = HIGHEST / uniform.interval_s;
     let values = recording.time_s.iter().map(|t| signal.value(t - found.start_s, below_hz)).collect();
     Ok(FoundSweep {

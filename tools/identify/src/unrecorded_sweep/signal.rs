@@ -10,6 +10,9 @@ pub enum SweepShape {
     /// Pulses of constant acceleration, two of either sign a period, their size in proportion to the
     /// frequency: Klipper's resonance test.
     Pulses,
+    /// The same pulses with a frequency that grows without a pause, where [`Self::Pulses`] keep it over each
+    /// half period.
+    GlidingPulses,
     /// A sine of constant force or acceleration.
     Force,
     /// A sine of constant velocity.
@@ -19,12 +22,21 @@ pub enum SweepShape {
 }
 
 impl SweepShape {
-    pub(super) const ALL: [Self; 4] = [Self::Pulses, Self::Force, Self::Velocity, Self::Position];
+    /// Whether it may start anywhere in a period.
+    pub(super) fn starts_anywhere(self) -> bool {
+        self != Self::Pulses
+    }
+
+    pub(super) const ALL: [Self; 5] =
+        [Self::Pulses, Self::GlidingPulses, Self::Force, Self::Velocity, Self::Position];
 
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
             Self::Pulses => "pulses of acceleration in proportion to the frequency",
+            Self::GlidingPulses => {
+                "pulses of acceleration in proportion to the frequency, which grows without a pause"
+            }
             Self::Force => "a sine of constant force or acceleration",
             Self::Velocity => "a sine of constant velocity",
             Self::Position => "a sine of constant position",
@@ -40,6 +52,8 @@ pub(super) struct SweepSignal {
     rate: f64,
     pub(super) duration_s: f64,
     shape: SweepShape,
+    /// Where in a period the sweep starts, periods. The controller's pulses start where they do.
+    phase: f64,
     /// Start and frequency of every half period, of pulses.
     halves: Vec<[f64; 2]>,
 }
@@ -48,12 +62,13 @@ pub(super) struct SweepSignal {
 const MOST_HALVES: usize = 4_000_000;
 
 impl SweepSignal {
-    pub(super) fn new(plan: &SweepPlan, rate: f64, shape: SweepShape) -> Self {
+    pub(super) fn new(plan: &SweepPlan, rate: f64, shape: SweepShape, phase: f64) -> Self {
         let span = match plan.exponential {
             true => (plan.to_hz / plan.from_hz).ln(),
             false => plan.to_hz - plan.from_hz,
         };
-        let mut signal = Self { plan: *plan, rate, duration_s: span / rate, shape, halves: Vec::new() };
+        let mut signal =
+            Self { plan: *plan, rate, duration_s: span / rate, shape, phase, halves: Vec::new() };
         if shape == SweepShape::Pulses {
             let mut start_s = 0.0;
             while start_s < signal.duration_s && signal.halves.len() < MOST_HALVES {
@@ -87,10 +102,11 @@ impl SweepSignal {
             let (half, [start_s, hz]) = self.half(since_s);
             return 0.5 * half as f64 + (since_s - start_s) * hz;
         }
-        match self.plan.exponential {
-            true => self.plan.from_hz * (self.rate * since_s).exp_m1() / self.rate,
-            false => since_s * (self.plan.from_hz + 0.5 * self.rate * since_s),
-        }
+        self.phase
+            + match self.plan.exponential {
+                true => self.plan.from_hz * (self.rate * since_s).exp_m1() / self.rate,
+                false => since_s * (self.plan.from_hz + 0.5 * self.rate * since_s),
+            }
     }
 
     /// Acceleration or force at a time from the start, 1 at the geometric middle of the band; of pulses the
@@ -103,13 +119,13 @@ impl SweepSignal {
             SweepShape::Pulses => self.half(since_s).1[1],
             _ => self.frequency_hz(since_s),
         };
-        let turn = TAU * self.periods(since_s).fract();
+        let turn = TAU * self.periods(since_s).rem_euclid(1.0);
         let size = hz / (self.plan.from_hz * self.plan.to_hz).sqrt();
         match self.shape {
             SweepShape::Force => turn.sin(),
             SweepShape::Velocity => size * turn.cos(),
             SweepShape::Position => size * size * turn.sin(),
-            SweepShape::Pulses => {
+            SweepShape::Pulses | SweepShape::GlidingPulses => {
                 let harmonics =
                     (1..).step_by(2).map(f64::from).take_while(|n| *n == 1.0 || n * hz < below_hz);
                 // A square wave that is 1 around every whole period.
@@ -142,7 +158,7 @@ mod tests {
     #[test]
     fn pulses_are_those_of_the_controllers_resonance_test() {
         let plan: SweepPlan = "5,95,2.5Hz/s".parse().unwrap();
-        let signal = SweepSignal::new(&plan, 2.5, SweepShape::Pulses);
+        let signal = SweepSignal::new(&plan, 2.5, SweepShape::Pulses, 0.0);
         let middle_hz = (5.0_f64 * 95.0).sqrt();
         for pair in klipper(5.0, 94.0, 2.5).windows(2) {
             let [start_s, acceleration] = pair[0];
@@ -157,7 +173,7 @@ mod tests {
     #[test]
     fn the_phase_is_the_integral_of_the_frequency() {
         for (text, rate) in [("2,40,60s", 38.0 / 60.0), ("40,2,60s,exponential", (0.05_f64).ln() / 60.0)] {
-            let signal = SweepSignal::new(&text.parse().unwrap(), rate, SweepShape::Force);
+            let signal = SweepSignal::new(&text.parse().unwrap(), rate, SweepShape::Force, 0.0);
             assert!((signal.duration_s - 60.0).abs() < 1e-9);
             for k in 1..59 {
                 let (t, h) = (f64::from(k), 1e-3);

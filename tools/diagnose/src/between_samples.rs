@@ -1,9 +1,10 @@
 //! What an input does between its samples.
 //!
-//! A simulation needs to know, and no recording says. Three guesses, each right for its kind of signal: straight lines for one with steps
-//! or kinks, where anything smoother overshoots; a cubic spline for one that changes slowly; and for one with fast changes whose band
-//! ends below half the sampling rate the only signal of that band through the samples (Shannon's), of which a spline misses some per cent
-//! and straight lines a third.
+//! A simulation needs to know, and no recording says. Three guesses, each right for its kind of signal:
+//! straight lines for one with steps or kinks, where anything smoother overshoots; a cubic spline for one
+//! that changes slowly; and for one with fast changes whose band ends below half the sampling rate the only
+//! signal of that band through the samples (Shannon's), of which a spline misses some per cent and straight
+//! lines a third.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,6 +12,7 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use stillbeam_identify::InputInterpolation;
 use stillbeam_identify::interpolation::PiecewiseCubic;
+use stillbeam_plant::{Hold, Model};
 
 /// A slow input has at most this share of its power's changes above a quarter of the sampling rate.
 const SLOW: f64 = 1e-3;
@@ -20,8 +22,9 @@ const BAND: f64 = 0.4;
 const BEYOND_BAND: f64 = 0.01;
 /// Stamps are even when every interval is within this share of the usual one.
 const EVEN: f64 = 0.01;
-/// Samples on either side that a value between two of them is made of, and the Kaiser window's beta for them: what is below 0.44 of the sampling
-/// rate passes and what mirrors it above is suppressed, by 80 dB (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.6).
+/// Samples on either side that a value between two of them is made of, and the Kaiser window's beta for them:
+/// what is below 0.44 of the sampling rate passes and what mirrors it above is suppressed, by 80 dB
+/// (Oppenheim and Schafer, Discrete-Time Signal Processing, 7.6).
 const REACH: usize = 24;
 const KAISER_BETA: f64 = 7.86;
 
@@ -34,9 +37,26 @@ pub(crate) enum BetweenSamples {
     Spline,
     /// The signal of the samples' band.
     BandLimited,
+    /// The same until the next sample, as a digital controller puts it out. No samples tell: a model says so,
+    /// or it is tried.
+    Held,
 }
 
+/// Parts of an interval for a signal that is held: it changes within one part on either side of a sample,
+/// which weakens a sine by a hundredth of what holding it does.
+pub(crate) const HELD_PARTS: usize = 4;
+
 impl BetweenSamples {
+    /// As the model says of its force; `None` where it says nothing, or where a motion or a controller
+    /// drives.
+    pub(crate) fn stated(model: &Model) -> Option<Self> {
+        let drives = !model.input_is_motion() && model.setup().controller.is_none();
+        match model.input().filter(|_| drives)?.hold? {
+            Hold::ZeroOrder => Some(Self::Held),
+            Hold::FirstOrder => Some(Self::Lines),
+        }
+    }
+
     /// Judged by the samples.
     pub(crate) fn of(time_s: &[f64], samples: &[f64]) -> Self {
         if is_slow(samples) {
@@ -48,12 +68,13 @@ impl BetweenSamples {
         }
     }
 
-    /// Every interval cut into `refinement` parts, the last sample included. The values make up for straight lines being drawn between
-    /// them, which weaken a sine by (omega h)²/12.
+    /// Every interval cut into `refinement` parts, the last sample included. The values make up for straight
+    /// lines being drawn between them, which weaken a sine by (omega h)²/12.
     pub(crate) fn refined(self, time_s: &[f64], samples: &[f64], refinement: usize) -> Vec<f64> {
         match self {
             _ if refinement <= 1 => samples.to_vec(),
             Self::Lines => lines(samples, refinement),
+            Self::Held => held(samples, refinement),
             Self::Spline => spline(time_s, samples, refinement),
             Self::BandLimited => made_up(&band_limited(samples, refinement)),
         }
@@ -65,7 +86,8 @@ fn is_slow(samples: &[f64]) -> bool {
     let second: f64 = samples.windows(3).map(|w| (w[2] - 2.0 * w[1] + w[0]).powi(2)).sum();
     let fourth: f64 =
         samples.windows(5).map(|w| (w[4] - 4.0 * w[3] + 6.0 * w[2] - 4.0 * w[1] + w[0]).powi(2)).sum();
-    // For a sine at a quarter of the sampling rate this ratio is 4, for 1/12 of it 0.07; white noise has 11.7.
+    // For a sine at a quarter of the sampling rate this ratio is 4, for 1/12 of it 0.07; white noise has
+    // 11.7.
     second == 0.0 || fourth < 0.3 * second || second < SLOW * centred_power(samples)
 }
 
@@ -106,6 +128,19 @@ fn lines(samples: &[f64], refinement: usize) -> Vec<f64> {
         fine.extend((0..refinement).map(|k| pair[0] + k as f64 * part));
     }
     fine.extend(samples.last());
+    fine
+}
+
+/// Half way between two values where they change, so that nothing comes late or early.
+fn held(samples: &[f64], refinement: usize) -> Vec<f64> {
+    let mut fine = Vec::with_capacity(samples.len() * refinement);
+    let mut before = samples.first().copied().unwrap_or(0.0);
+    for value in &samples[..samples.len().saturating_sub(1)] {
+        fine.push(0.5 * (before + value));
+        fine.extend((1..refinement).map(|_| *value));
+        before = *value;
+    }
+    fine.extend(samples.last().map(|last| 0.5 * (before + last)));
     fine
 }
 
@@ -150,7 +185,8 @@ fn band_limited(samples: &[f64], refinement: usize) -> Vec<f64> {
     fine
 }
 
-/// Weights of the samples from `REACH − 1` before to `REACH` after, for a place so many intervals after a sample. They sum to one.
+/// Weights of the samples from `REACH − 1` before to `REACH` after, for a place so many intervals after a
+/// sample. They sum to one.
 fn kernel(place: f64) -> Vec<f64> {
     let raw: Vec<f64> = (0..2 * REACH)
         .map(|j| {
@@ -254,7 +290,8 @@ mod tests {
         let samples = sampled(400, |k| (omega * k).sin());
         let (refinement, time_s) = (8, sampled(400, |k| k));
         let fine = BetweenSamples::BandLimited.refined(&time_s, &samples, refinement);
-        // What a resonance at that frequency sees of the straight lines: the product with the sine, integrated piece by piece.
+        // What a resonance at that frequency sees of the straight lines: the product with the sine,
+        // integrated piece by piece.
         let h = 1.0 / refinement as f64;
         let seen: f64 = fine
             .windows(2)

@@ -35,10 +35,23 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     settle(study, given, &first, floors)
 }
 
+/// The comparison on a study of the same recordings that frees more; `before` is where the search starts.
+pub(crate) fn compare_from(
+    study: &mut Study,
+    given: &Hypothesis,
+    before: &Compared,
+) -> Result<Compared, DiagnoseError> {
+    let (first, _) = refit_from(&study.stack(Role::Train), given, &free_parameters(given), &before.refitted)?;
+    let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
+    let floors = study.floors(&first_on_all);
+    settle(study, given, &first, floors)
+}
+
 /// The comparison with a model that was refitted on the held-out recordings too.
 ///
-/// Training recordings may not show all of a machine: a mode that only a later sweep reaches is wherever noise has put it, and a right
-/// model fails on the held-out ones. Where one set of parameters leaves nothing but noise everywhere, nothing is missing.
+/// Training recordings may not show all of a machine: a mode that only a later sweep reaches is wherever
+/// noise has put it, and a right model fails on the held-out ones. Where one set of parameters leaves nothing
+/// but noise everywhere, nothing is missing.
 pub(crate) fn on_everything(
     study: &Study,
     given: &Hypothesis,
@@ -57,8 +70,8 @@ pub(crate) fn on_everything(
     })
 }
 
-/// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an output whose
-/// noise is smaller than thought shows more of them. `before` is where the search starts.
+/// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an
+/// output whose noise is smaller than thought shows more of them. `before` is where the search starts.
 pub(crate) fn settle(
     study: &mut Study,
     given: &Hypothesis,

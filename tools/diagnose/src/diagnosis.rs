@@ -5,11 +5,13 @@ use std::time::Instant;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, Rest, is_adequate, is_loud};
+use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::intervals::precision;
+use crate::linear_findings::as_linear;
+use crate::linear_ties::tie;
 use crate::locate::locate;
 use crate::naming::by_innovations::explained_share;
 use crate::naming::scales::Scales;
@@ -29,6 +31,7 @@ use crate::result::{
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict};
+use crate::visible::smallest_visible;
 use crate::wording::sizes;
 
 /// What a diagnosis is doing.
@@ -42,9 +45,9 @@ pub struct Progress {
 
 /// Diagnoses a model on recordings.
 ///
-/// `recordings` are trained on, except those whose side file says `held_out`; `held_out` are judged on. Without any to
-/// judge on, the last training recording is held out, or the second half of the only one, and the
-/// result says what could therefore not be decided.
+/// `recordings` are trained on, except those whose side file says `held_out`; `held_out` are judged on.
+/// Without any to judge on, the last training recording is held out, or the second half of the only one, and
+/// the result says what could therefore not be decided.
 ///
 /// # Errors
 /// [`DiagnoseError`]: which recording does not fit the model, why, and the remedy.
@@ -64,12 +67,34 @@ pub fn diagnose(
     let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;
     say("trying the catalogue of physics", 0.2);
+    study.draw_input_errors(&compared.refitted);
     let is_exact = study.is_exact(&compared.refitted_on_all);
-    let candidates = if is_exact { Vec::new() } else { candidates(&study, &compared, options) };
+    let fits_noise = |study: &Study, compared: &Compared| {
+        is_adequate(&study.adequacies(&compared.refitted_on_all, &compared.floors), options)
+    };
+    // Where nothing but noise is left, no law is looked for but what the readings themselves show.
+    let mut nothing_left = is_exact || fits_noise(&study, &compared);
+    let mut linear = None;
+    if !nothing_left {
+        say("asking what else a linear machine may do", 0.15);
+        if let Some((wider, freed)) = as_linear(&study, model, &compared, options)? {
+            let plain = (std::mem::replace(&mut study, wider), std::mem::replace(&mut compared, freed));
+            (linear, nothing_left) = (Some(plain), true);
+        }
+    }
+    let catalogue = if is_exact { Vec::new() } else { catalogue(&study, &compared, options) };
+    let linear_tie = linear.and_then(|(plain, before)| tie((&plain, &before.refitted), &study, &catalogue));
+    let read_off: Vec<Candidate> = if nothing_left {
+        let in_steps = study.is_read_in_steps(&compared.floors, options.least_excess_share);
+        catalogue.iter().filter(|candidate| in_steps && candidate.is_read_off()).cloned().collect()
+    } else {
+        Vec::new()
+    };
+    let mut candidates = if nothing_left { &read_off } else { &catalogue };
     let mut search = Search {
         given_laws: model.setup().physics.len(),
         given: model,
-        candidates: &candidates,
+        candidates,
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
@@ -83,7 +108,18 @@ pub fn diagnose(
         study: &mut study,
     };
     let held_out = compared.refitted_on_all.held_out.clone();
-    let found = search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
+    let mut found = Selection::nothing(&compared.refitted, held_out.clone());
+    if !candidates.is_empty() {
+        let searched =
+            search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
+        if !nothing_left || !searched.chosen.laws.is_empty() {
+            found = searched;
+        }
+    }
+    if nothing_left && found.chosen.laws.is_empty() {
+        candidates = &catalogue;
+        search.candidates = candidates;
+    }
     if search.weighed_again {
         say("refitting the model with the noise that is seen now", 0.6);
         let floors = search.floors.clone();
@@ -123,6 +159,7 @@ pub fn diagnose(
     let floors = if extended.is_some() { study.floors(final_on_all) } else { compared.floors.clone() };
     let final_tests = study.adequacies(final_on_all, &floors);
     let columns = model.output_columns();
+    let excess = excess_power_bound(&tests);
     let samples = study.stack(Role::Train).present() as f64;
     let squares = [&compared.refitted, &selection.chosen.fitted].map(|fitted| fitted.sum_of_squares);
     let share = selection.explained_share.unwrap_or_else(|| explained_share(squares, samples));
@@ -130,8 +167,9 @@ pub fn diagnose(
     let is_another_machine = stand_ins.moved.iter().any(Moved::is_another_machine);
     let fits_within = refit_adequate && !is_another_machine;
     let left = (rest, is_loud(&final_tests, options));
-    let verdict = verdict(&selection, &candidates, fits_within, left, share);
-    // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model then.
+    let verdict = verdict(&selection, candidates, fits_within, left, share);
+    // Laws that each take a part away, and none all, are no finding: nothing is named or put into a model
+    // then.
     let explains = verdict != Verdict::Unexplained;
     let extended = extended.filter(|_| explains);
     say("locating the mismatch", 0.97);
@@ -152,9 +190,9 @@ pub fn diagnose(
     };
     study.caps.extend(time_cap(&selection, options));
     study.caps.extend(moved_cap(&stand_ins));
-    let effects = if explains { effects(&selection, &candidates, samples) } else { Vec::new() };
+    let effects = if explains { effects(&selection, candidates, samples) } else { Vec::new() };
     let unconfirmed =
-        if verdict == Verdict::Unexplained { unconfirmed(&selection, &candidates) } else { Vec::new() };
+        if verdict == Verdict::Unexplained { unconfirmed(&selection, candidates) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
     // A refit without what is missing bends the model's own parameters to make up for it.
     let corrected = if extended.is_some() { &selection.chosen.fitted } else { &compared.refitted };
@@ -163,19 +201,34 @@ pub fn diagnose(
         selection.screened.iter().filter(|screened| screened.t.abs() > options.training_gate).collect();
     let pooled = pooled_tests(if extended.is_some() { &final_tests } else { &tests });
     let is_coloured = pooled.whiteness_p < options.significance;
+    let is_adequate = verdict == Verdict::Adequate && !is_exact;
+    let visible = if is_adequate {
+        say("asking how small an effect would have been seen", 0.99);
+        smallest_visible(&study, &compared.refitted, &catalogue, options)
+    } else {
+        Vec::new()
+    };
     let said = sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty()));
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
-        sentence: if verdict == Verdict::Adequate && is_coloured { said + COLOURED } else { said },
+        sentence: match (is_adequate, is_coloured) {
+            (true, true) => said + &bounded(excess) + COLOURED,
+            (true, false) => said + &bounded(excess),
+            (false, true) if verdict == Verdict::Adequate => said + COLOURED,
+            _ => said,
+        },
         unconfirmed,
+        excess_power_share: is_adequate.then_some(excess),
+        smallest_visible: visible,
         caps: study.caps.clone(),
         ties: if explains {
-            ties(&selection, &stand_ins, &candidates, study.has_one_output())
+            let others = ties(&selection, &stand_ins, candidates, study.has_one_output());
+            linear_tie.into_iter().chain(others).collect()
         } else {
             Vec::new()
         },
-        candidates: rows(&selection, &candidates, options.training_gate, explains),
+        candidates: rows(&selection, candidates, options.training_gate, explains),
         confusability: Confusability {
             candidates: promising.iter().map(|s| candidates[s.candidate].name()).collect(),
             cosine: cosines(&promising),
@@ -214,7 +267,7 @@ const REFITTED_ON_ALL: &str = "the training recordings alone do not determine th
      no recording is left to judge that refit on; record one more that excites everything";
 
 /// The catalogue, with trial values that fit this machine.
-fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {
+fn catalogue(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {
     let hypothesis = &compared.refitted.hypothesis;
     let starts = compared.refitted.initial_states();
     let Some(scales) = Scales::new(hypothesis, &study.train, &starts) else { return Vec::new() };
@@ -222,9 +275,15 @@ fn candidates(study: &Study, compared: &Compared, options: &Options) -> Vec<Cand
     all_candidates(hypothesis, &scales, &study.train, &peaks_hz, &options.without)
 }
 
-/// A model that is adequate down to a noise that is not white: a force that nobody recorded is as loud where the machine is quiet.
+/// A model that is adequate down to a noise that is not white: a force that nobody recorded is as loud where
+/// the machine is quiet.
 const COLOURED: &str = " That noise is not white: a disturbance from outside that acts all the time, or the sensor's own colour. What is \
      smaller than it is hidden.";
+
+/// How much may be overlooked.
+fn bounded(excess: f64) -> String {
+    format!(" What is left may have {:.2} % more power than noise, at most.", 100.0 * excess)
+}
 
 /// The verdict in words, with the numbers of the first output that was recorded.
 fn sentence(
@@ -299,8 +358,8 @@ fn pooled_tests(tests: &[(Role, Adequacy)]) -> ResidualTests {
     };
     ResidualTests {
         whiteness_p: smallest(&|test| test.whiteness_p),
-        cross_correlation_p: smallest(&|test| test.cross_correlation_p),
-        structure_p: smallest(&|test| test.structure_p),
+        cross_correlation_p: smallest(&|test| test.cross_correlation.p),
+        structure_p: smallest(&|test| test.structure.p),
         odd_distortion_db: None,
         even_distortion_db: None,
     }
@@ -312,7 +371,8 @@ fn parameter_changes(study: &Study, fitted: &Fitted) -> Vec<ParameterChange> {
     let errors = known.by_noise.into_iter().zip(known.all_told);
     let rows = fitted.free.iter().zip(&fitted.values).zip(errors);
     rows.filter(|((parameter, _), _)| !parameter.is_added)
-        // That it had to move, the rest being as drawn, noise decides; how well it is known then hangs on the rest, too.
+        // That it had to move, the rest being as drawn, noise decides; how well it is known then hangs on the
+        // rest, too.
         .filter(|((parameter, value), (by_noise, _))| (*value - parameter.given).abs() > 3.0 * by_noise)
         .map(|((parameter, value), (_, stderr))| ParameterChange {
             path: parameter.path.clone(),

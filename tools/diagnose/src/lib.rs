@@ -13,7 +13,8 @@
 //! | the whole is tried on itself | [`controls`](fn@controls) |
 //! | and the verdict is put together | `verdict`, `quality`, [`diagnose`](fn@diagnose) |
 //!
-//! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are SI.
+//! Three models are always reported apart: as given, refitted within its own parameters, extended. Units are
+//! SI.
 
 mod adequacy;
 
@@ -26,11 +27,16 @@ mod common_motion;
 mod comparison;
 mod controls;
 mod diagnosis;
+mod drawn_error;
 mod error;
 mod fit;
 mod horizon;
+mod input_noise;
 mod intervals;
+mod linear_findings;
+mod linear_ties;
 mod locate;
+mod looked_at;
 mod naming;
 mod next_experiment;
 mod noise;
@@ -43,6 +49,7 @@ mod quality;
 mod reading_step;
 mod record;
 mod refit;
+mod remainder;
 mod result;
 mod ringing;
 mod simulation;
@@ -53,6 +60,7 @@ mod sweep;
 #[cfg(test)]
 mod two_bodies;
 mod verdict;
+mod visible;
 mod weighting;
 mod wording;
 
@@ -65,6 +73,6 @@ pub use options::{MachineLimits, Options};
 pub use result::{
     CandidateRow, Confusability, Diagnosis, Effect, Evidence, Fits, Gate, Mismatch, Overlay, ParameterChange,
     ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests, SCHEMA_VERSION,
-    ThreeFits, Tie, Verdict,
+    SmallestVisible, ThreeFits, Tie, Verdict,
 };
 pub use sweep::Sweep;

@@ -1,10 +1,11 @@
 //! The noise floor of an output: what no model may explain.
 //!
-//! In this order: recordings that repeat each other; stretches in which nothing moves; the quiet quarter of every
-//! frequency. The last needs only one recording: a sweep or a transient visits every frequency for a part of the time,
-//! so the lower quartile of the residual's power over the windows of a record is the noise's, with its colour. A sensor is as noisy
-//! in one run as in another: of several recordings those count that are as quiet as the quietest. Where the excitation is stationary
-//! it is an upper bound, and says so. Readings in steps that stand still say nothing of a noise below a step: it is seen where they move.
+//! In this order: recordings that repeat each other; stretches in which nothing moves; the quiet quarter of
+//! every frequency. The last needs only one recording: a sweep or a transient visits every frequency for a
+//! part of the time, so the lower quartile of the residual's power over the windows of a record is the
+//! noise's, with its colour. A sensor is as noisy in one run as in another: of several recordings those count
+//! that are as quiet as the quietest. Where the excitation is stationary it is an upper bound, and says so.
+//! Readings in steps that stand still say nothing of a noise below a step: it is seen where they move.
 
 use std::ops::Range;
 
@@ -59,12 +60,14 @@ pub(crate) fn noise_floor(parts: &[OutputResidual<'_>]) -> Option<NoiseFloor> {
     seen_twice.or_else(at_rest).or_else(everywhere)
 }
 
-/// A recording whose quiet quarter has this many times the power of the quietest recording's is not quiet: something there is not
-/// explained all the time. Estimates from recordings of half a minute differ less, coloured noise included.
+/// A recording whose quiet quarter has this many times the power of the quietest recording's is not quiet:
+/// something there is not explained all the time. Estimates from recordings of half a minute differ less,
+/// coloured noise included.
 const AS_QUIET: f64 = 2.5;
 
-/// The stationary power of the recordings that are as quiet as the quietest, each counted with its length. Where some are long
-/// enough for a quiet quarter, those that are not do not count. With the number of samples.
+/// The stationary power of the recordings that are as quiet as the quietest, each counted with its length.
+/// Where some are long enough for a quiet quarter, those that are not do not count. With the number of
+/// samples.
 fn quietest(powers: &[Quiet]) -> Option<(f64, f64)> {
     let any_long = powers.iter().any(|quiet| quiet.has_windows);
     let counted = || powers.iter().filter(|quiet| quiet.samples > 0.0 && quiet.has_windows == any_long);
@@ -215,14 +218,23 @@ fn quiet_quarter(series: &[f64], rate_hz: f64, counts: &dyn Fn(Range<usize>) -> 
     Quiet { power: power.min(mean_square), samples, has_windows: true }
 }
 
-/// Power in every bin from 0 to half the sampling rate, of windows that overlap by half; a series' mean square is the
-/// two-sided sum over bins.
+/// Power in every bin from 0 to half the sampling rate, of windows that overlap by half; a series' mean
+/// square is the two-sided sum over bins.
 pub(crate) fn spectra(series: &[f64], length: usize) -> Vec<Vec<f64>> {
+    spectra_under(series, length, HANN)
+}
+
+/// Power of the sine that Hann's taper is.
+const HANN: i32 = 2;
+
+/// As [`spectra`], with the sine to this even power as the taper. Far from a line it leaks as the power of
+/// the distance in bins that is one more: what is faint beside something loud needs more than Hann's.
+pub(crate) fn spectra_under(series: &[f64], length: usize, sine_power: i32) -> Vec<Vec<f64>> {
     if length < 4 || series.len() < length {
         return Vec::new();
     }
     let taper: Vec<f64> = (0..length)
-        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(2))
+        .map(|k| (std::f64::consts::PI * (k as f64 + 0.5) / length as f64).sin().powi(sine_power))
         .collect();
     let gain = taper.iter().map(|value| value * value).sum::<f64>() * length as f64;
     let transform = FftPlanner::new().plan_fft_forward(length);

@@ -5,16 +5,17 @@ use std::f64::consts::TAU;
 use stillbeam_plant::{Model, Rerun};
 use stillbeam_recording::{Recording, Role};
 
-use crate::between_samples::BetweenSamples;
+use crate::between_samples::{BetweenSamples, HELD_PARTS};
 use crate::error::DiagnoseError;
 use crate::reading_step::ReadingStep;
 
 /// The fewest samples of an output that a diagnosis starts from.
 const LEAST_SAMPLES: usize = 100;
-/// Straight lines between grid points weaken a sine by (pi f / rate)² / 3, 0.09 % at this many points a period, which the grid's
-/// values make up for to a hundredth of that.
+/// Straight lines between grid points weaken a sine by (pi f / rate)² / 3, 0.09 % at this many points a
+/// period, which the grid's values make up for to a hundredth of that.
 const POINTS_PER_PERIOD: f64 = 60.0;
-/// The same of a fast input, whose every sample costs much: what is left after the values have made up for the lines is 0.01 %.
+/// The same of a fast input, whose every sample costs much: what is left after the values have made up for
+/// the lines is 0.01 %.
 const FAST_POINTS_PER_PERIOD: f64 = 16.0;
 /// The grid is refined at most this often.
 const MOST_REFINEMENT: f64 = 16.0;
@@ -67,11 +68,16 @@ pub(crate) struct Record {
     pub(crate) time_s: Vec<f64>,
     /// At `time_s`; `None` for a free decay.
     pub(crate) input: Option<Vec<f64>>,
-    /// What the plant is simulated over: every interval of `time_s` cut into parts where the input is a spline.
+    /// What the input does between its samples, and into how many parts every interval is cut for it.
+    pub(crate) between: (BetweenSamples, usize),
+    /// What the plant is simulated over: every interval of `time_s` cut into parts where the input is a
+    /// spline.
     pub(crate) rerun: Rerun,
     /// Sub-steps of forces: as long as what moves in the recorded band allows.
     pub(crate) longest_step_s: f64,
     pub(crate) outputs: Vec<OutputSignal>,
+    /// What modes beyond those of the model follow, at `time_s`, where their share of the outputs is freed.
+    pub(crate) remainder: Option<Vec<f64>>,
 }
 
 impl Record {
@@ -101,32 +107,47 @@ impl Record {
         }
         let rate_hz = 1.0 / recording.median_interval_s();
         let band_hz = band_hz(recording, input.as_deref(), fastest_hz);
-        let between = input
-            .as_deref()
-            .map_or(BetweenSamples::Lines, |samples| BetweenSamples::of(&recording.time_s, samples));
-        let refinement =
-            |points: f64| (points * band_hz / rate_hz).ceil().clamp(1.0, MOST_REFINEMENT) as usize;
-        let refinement = match between {
-            BetweenSamples::Lines => 1,
-            BetweenSamples::Spline => refinement(POINTS_PER_PERIOD),
-            BetweenSamples::BandLimited => refinement(FAST_POINTS_PER_PERIOD),
-        };
+        let guessed = |samples: &[f64]| BetweenSamples::of(&recording.time_s, samples);
+        let between = BetweenSamples::stated(model)
+            .unwrap_or_else(|| input.as_deref().map_or(BetweenSamples::Lines, guessed));
+        let refinement = refinement(between, band_hz / rate_hz);
         let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
-        let rerun = Rerun::new(&grid, model, refinement)
-            .map_err(|source| DiagnoseError::Simulation { recording: recording.name.clone(), source })?;
-        let rerun = match &input {
-            Some(samples) if refinement > 1 => rerun.with_true_input(samples),
-            _ => rerun,
-        };
+        let rerun = rerun_of(&grid, model, refinement, input.as_deref())?;
         Ok(Self {
             name: recording.name.clone(),
             role,
             time_s: recording.time_s.clone(),
             input,
+            between: (between, refinement),
             rerun,
             longest_step_s: (RADIANS_PER_STEP / (TAU * band_hz.max(1e-9))).clamp(1e-4, 2e-3),
             outputs,
+            remainder: None,
         })
+    }
+
+    /// The same with another guess of what the input does between its samples; `None` where that is not
+    /// asked: nothing drives, or a controller does.
+    pub(crate) fn between(
+        &self,
+        between: BetweenSamples,
+        model: &Model,
+        fastest_hz: Option<f64>,
+    ) -> Option<Self> {
+        let input = self.input.as_deref().filter(|_| !self.rerun.is_in_loop())?;
+        let recording = Recording::new(self.name.clone(), self.time_s.clone());
+        let band_hz = band_hz(&recording, Some(input), fastest_hz);
+        let refinement = refinement(between, band_hz * recording.median_interval_s());
+        let grid = fine_grid(&recording, model, Some(input), (between, refinement));
+        let rerun = rerun_of(&grid, model, refinement, Some(input)).ok()?;
+        Some(Self { rerun, between: (between, refinement), ..self.clone() })
+    }
+
+    /// The same run under another input, at the stamps.
+    pub(crate) fn driven_by(&self, samples: &[f64]) -> Rerun {
+        let (between, refinement) = self.between;
+        let rerun = self.rerun.with_input(between.refined(&self.time_s, samples, refinement));
+        if refinement > 1 { rerun.with_true_input(samples) } else { rerun }
     }
 
     /// Times of the samples of an output.
@@ -158,6 +179,31 @@ impl Record {
             _ => 0.0,
         }
     }
+}
+
+/// Into how many parts every interval of an input is cut, whose band is this share of the sampling rate.
+fn refinement(between: BetweenSamples, band: f64) -> usize {
+    let refinement = |points: f64| (points * band).ceil().clamp(1.0, MOST_REFINEMENT) as usize;
+    match between {
+        BetweenSamples::Lines => 1,
+        BetweenSamples::Spline => refinement(POINTS_PER_PERIOD),
+        BetweenSamples::BandLimited => refinement(FAST_POINTS_PER_PERIOD),
+        BetweenSamples::Held => HELD_PARTS,
+    }
+}
+
+fn rerun_of(
+    grid: &Recording,
+    model: &Model,
+    refinement: usize,
+    input: Option<&[f64]>,
+) -> Result<Rerun, DiagnoseError> {
+    let rerun = Rerun::new(grid, model, refinement)
+        .map_err(|source| DiagnoseError::Simulation { recording: grid.name.clone(), source })?;
+    Ok(match input {
+        Some(samples) if refinement > 1 => rerun.with_true_input(samples),
+        _ => rerun,
+    })
 }
 
 /// Every column that the model names.
@@ -230,8 +276,9 @@ fn check_output(
     Ok(())
 }
 
-/// Highest frequency at which anything of note moves: that of the model's fastest motion, but not far beyond the input's band,
-/// where a lightly damped motion stays small and a simulation that is exact for the linear part follows it in any case.
+/// Highest frequency at which anything of note moves: that of the model's fastest motion, but not far beyond
+/// the input's band, where a lightly damped motion stays small and a simulation that is exact for the linear
+/// part follows it in any case.
 fn band_hz(recording: &Recording, input: Option<&[f64]>, fastest_hz: Option<f64>) -> f64 {
     let fastest_hz = fastest_hz.unwrap_or(0.0);
     match input {
@@ -251,8 +298,8 @@ fn highest_frequency_hz(recording: &Recording, samples: &[f64]) -> f64 {
     if first > 0.0 { (second / first).sqrt() * rate_hz / TAU } else { 0.0 }
 }
 
-/// With the reference of the model's controller, straight between its samples, if it was recorded throughout: the loop is then
-/// simulated.
+/// With the reference of the model's controller, straight between its samples, if it was recorded throughout:
+/// the loop is then simulated.
 fn with_reference(grid: Recording, recording: &Recording, model: &Model, refinement: usize) -> Recording {
     let Some(controller) = &model.setup().controller else { return grid };
     let name = &controller.reference_column;

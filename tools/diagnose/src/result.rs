@@ -42,10 +42,11 @@ pub struct ParameterEstimate {
 /// Why a law is believed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evidence {
-    /// Change of the Bayesian information criterion on the training recordings when the law is added; negative is
-    /// better. For information: it takes the residuals as white.
+    /// Change of the Bayesian information criterion on the training recordings when the law is added;
+    /// negative is better. For information: it takes the residuals as white.
     pub delta_bic: f64,
-    /// Held-out residual power without the law over that with it, decibels. Training recordings when none is held out.
+    /// Held-out residual power without the law over that with it, decibels. Training recordings when none is
+    /// held out.
     pub held_out_gain_db: f64,
     /// Two-sided probability of a term as many standard errors from zero on the training recordings.
     pub p_value: f64,
@@ -68,8 +69,23 @@ pub struct Effect {
     pub sentence: String,
 }
 
-/// A parameter of the given model that had to move: beside the physics found where some was named, by a refit of the given
-/// model alone where not.
+/// The smallest effect of a law that would have been seen.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SmallestVisible {
+    /// Law of the catalogue.
+    pub id: String,
+    /// Where it would sit.
+    pub location: String,
+    /// The parameter that says how strong it is.
+    pub parameter: String,
+    /// Its size, in `unit`.
+    pub size: f64,
+    /// The unit as in column names.
+    pub unit: String,
+}
+
+/// A parameter of the given model that had to move: beside the physics found where some was named, by a refit
+/// of the given model alone where not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterChange {
     /// Its path in the model file.
@@ -78,7 +94,8 @@ pub struct ParameterChange {
     pub from: f64,
     /// Refitted.
     pub to: f64,
-    /// Standard error of `to`: of noise, and of what these recordings leave undetermined and the drawing may have wrong.
+    /// Standard error of `to`: of noise, and of what these recordings leave undetermined and the drawing may
+    /// have wrong.
     pub stderr: f64,
 }
 
@@ -201,8 +218,8 @@ pub struct CandidateRow {
     pub location: String,
     /// Standard errors from zero in the screen.
     pub screen_t: f64,
-    /// The strength at which it would be five standard errors from zero on these recordings, as far as a straight line
-    /// says: its first parameter's name and value. `None` for laws without a strength.
+    /// The strength at which it would be five standard errors from zero on these recordings, as far as a
+    /// straight line says: its first parameter's name and value. `None` for laws without a strength.
     pub detection_limit: Option<(String, f64)>,
     /// Share (0 to 1) of the law's effect that a linear refit would hide.
     pub hidden_share: f64,
@@ -257,8 +274,8 @@ pub struct Overlay {
     pub refitted_residual: Vec<f64>,
     /// Recorded minus simulated by the extended model, if there is one.
     pub extended_residual: Option<Vec<f64>>,
-    /// What the extended model makes without the laws that were found, its start and offsets as fitted with them; `None` without an
-    /// extended model, or where this one cannot be simulated over every recording.
+    /// What the extended model makes without the laws that were found, its start and offsets as fitted with
+    /// them; `None` without an extended model, or where this one cannot be simulated over every recording.
     pub without_effects: Option<Vec<f64>>,
 }
 
@@ -271,6 +288,11 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The same in words, with numbers.
     pub sentence: String,
+    /// Where the verdict is "adequate": as much of the noise's power, as a share of it, may be more than
+    /// noise, at 95 % certainty.
+    pub excess_power_share: Option<f64>,
+    /// There too: the smallest effect of every kind that would have been seen.
+    pub smallest_visible: Vec<SmallestVisible>,
     /// What kept the verdict from saying more.
     pub caps: Vec<String>,
     /// Physics that was missing, in order of importance.
@@ -289,7 +311,8 @@ pub struct Diagnosis {
     pub fit: Fits,
     /// Candidates that cannot be told apart.
     pub ties: Vec<Tie>,
-    /// Where nothing is named: laws that explain the training recordings, and that the held-out ones neither confirm nor contradict.
+    /// Where nothing is named: laws that explain the training recordings, and that the held-out ones neither
+    /// confirm nor contradict.
     pub unconfirmed: Vec<String>,
     /// The run that would tell the tied candidates apart, as a line for the board's console.
     pub next_experiment: Option<String>,

@@ -130,8 +130,8 @@ impl Stack<'_> {
         outputs.flat_map(|(weighting, signal)| weighting.applied(signal)).collect()
     }
 
-    /// What offsets and initial state could change: one column per state first, then the offsets. Where both do the same (an
-    /// encoder of a base that nothing holds), what was read is where the base is.
+    /// What offsets and initial state could change: one column per state first, then the offsets. Where both
+    /// do the same (an encoder of a base that nothing holds), what was read is where the base is.
     fn nuisances(&self, index: usize, hypothesis: &Hypothesis, initial: &[f64]) -> Option<Arc<Orthonormal>> {
         let responses = free_responses(hypothesis, self.records[index])?;
         self.nuisances_of(index, hypothesis, initial, &responses)
@@ -163,7 +163,8 @@ impl Stack<'_> {
         Some(Arc::new(nuisances))
     }
 
-    /// What an unknown zero of each sensor changes; not where the free responses of the `linear` model do the same.
+    /// What an unknown zero of each sensor changes; not where the free responses of the `linear` model do the
+    /// same.
     pub(crate) fn offsets(
         &self,
         index: usize,
@@ -182,17 +183,35 @@ impl Stack<'_> {
             let offset = self.weighted(index, &signals);
             let mut own = offset.clone();
             linear.remove_from(&mut own);
-            // Judged by the linear model without its controller: beside a force that depends on position an offset would be its phase, and in a
-            // loop the controller makes the reading follow, wherever the sensor of a body that nothing holds has its zero.
+            // Judged by the linear model without its controller: beside a force that depends on position an
+            // offset would be its phase, and in a loop the controller makes the reading follow, wherever the
+            // sensor of a body that nothing holds has its zero.
             if dot(&own, &own) > OWN * dot(&offset, &offset) {
                 columns.push(offset);
             }
         }
+        columns.extend(self.beyond_the_model(index));
         columns
     }
 
-    /// What the initial state changes where laws act, by differences as large as a few tenths of the noise; `linear` are the
-    /// responses of the linear model, which say how much state that is.
+    /// What modes beyond those of the model add to every output, where it is freed.
+    pub(crate) fn beyond_the_model(&self, index: usize) -> Vec<Vec<f64>> {
+        let record = self.records[index];
+        let Some(remainder) = &record.remainder else { return Vec::new() };
+        let of_output = |which: usize| {
+            let signals: Vec<Vec<f64>> = (record.outputs.iter().enumerate())
+                .map(|(k, output)| {
+                    let share = f64::from(k == which);
+                    output.at.iter().map(|&stamp| share * remainder[stamp]).collect()
+                })
+                .collect();
+            self.weighted(index, &signals)
+        };
+        (0..record.outputs.len()).map(of_output).collect()
+    }
+
+    /// What the initial state changes where laws act, by differences as large as a few tenths of the noise;
+    /// `linear` are the responses of the linear model, which say how much state that is.
     fn state_responses(
         &self,
         index: usize,
@@ -223,8 +242,9 @@ impl Stack<'_> {
             .collect()
     }
 
-    /// One recording under a hypothesis, simulated from `start`; `None` where it cannot be simulated. What initial states and
-    /// offsets could change is taken out of the residual; the corrections of the state that this amounts to are returned.
+    /// One recording under a hypothesis, simulated from `start`; `None` where it cannot be simulated. What
+    /// initial states and offsets could change is taken out of the residual; the corrections of the state
+    /// that this amounts to are returned.
     fn evaluate_from(
         &self,
         index: usize,
@@ -246,13 +266,15 @@ impl Stack<'_> {
         Some((RecordFit { simulated, nuisances: Arc::clone(nuisances), residuals, initial }, corrections))
     }
 
-    /// The same from the likeliest state: from rest or from the one given, each corrected as the linear model says.
+    /// The same from the likeliest state: from rest or from the one given, each corrected as the linear model
+    /// says.
     fn evaluate_record(&self, index: usize, hypothesis: &Hypothesis, start: &[f64]) -> Option<RecordFit> {
         let mut start: Vec<f64> =
             (0..state_count(hypothesis)?).map(|state| start.get(state).copied().unwrap_or(0.0)).collect();
         let never_rests = !hypothesis.is_linear() && self.never_rests(index, hypothesis);
         if never_rests && start.iter().all(|value| *value == 0.0) {
-            // Friction holds at rest whatever a small step away from it would do: the linear model says where the motion began.
+            // Friction holds at rest whatever a small step away from it would do: the linear model says where
+            // the motion began.
             start = self.evaluate_record(index, &hypothesis.without_laws(), &[])?.initial;
         }
         let start = &start[..];
@@ -277,7 +299,8 @@ impl Stack<'_> {
         if start.iter().all(|value| *value == 0.0) {
             return rest;
         }
-        // States fitted together with a wrong model make up for what it lacks; only a clear gain speaks for them.
+        // States fitted together with a wrong model make up for what it lacks; only a clear gain speaks for
+        // them.
         match (rest, self.corrected_from(index, hypothesis, start)) {
             (Some(rest), Some(given)) => {
                 let square = power(&given) / given.residuals.len().max(1) as f64;
@@ -287,7 +310,8 @@ impl Stack<'_> {
         }
     }
 
-    /// Whether an initial state only adds the model's free response to a recording: without laws, and where no controller makes up for it.
+    /// Whether an initial state only adds the model's free response to a recording: without laws, and where
+    /// no controller makes up for it.
     pub(crate) fn adds_free_responses(&self, index: usize, hypothesis: &Hypothesis) -> bool {
         hypothesis.is_linear() && !self.records[index].rerun.is_in_loop()
     }
@@ -297,7 +321,8 @@ impl Stack<'_> {
         (0..self.records.len()).all(|index| self.adds_free_responses(index, hypothesis))
     }
 
-    /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from then.
+    /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from
+    /// then.
     pub(crate) fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
         self.records[index].input.is_none() && hypothesis.model.setup().initial.is_empty()
     }
@@ -312,7 +337,8 @@ impl Stack<'_> {
             let moved: Vec<f64> = last.iter().zip(&corrections).map(|(state, c)| state + c).collect();
             let Some((fit, next)) = self.evaluate_from(index, hypothesis, &moved, &nuisances) else { break };
             (corrections, last) = (next, fit.initial.clone());
-            // A correction may change nothing but what a law sees of the position: the later state is the better founded.
+            // A correction may change nothing but what a law sees of the position: the later state is the
+            // better founded.
             let square = power(&best) / best.residuals.len().max(1) as f64;
             let settled = (power(&fit) - power(&best)).abs() < SETTLED * square;
             if power(&fit) < power(&best) + SETTLED * square {
@@ -348,8 +374,9 @@ impl Stack<'_> {
             .collect()
     }
 
-    /// A model with laws, begun from the fits of one without or with fewer: from rest or from their initial states, whichever is
-    /// better, and with what theirs could change. A look; [`Stack::evaluate`] is the answer.
+    /// A model with laws, begun from the fits of one without or with fewer: from rest or from their initial
+    /// states, whichever is better, and with what theirs could change. A look; [`Stack::evaluate`] is the
+    /// answer.
     pub(crate) fn begin_near(&self, hypothesis: &Hypothesis, near: &[RecordFit]) -> Option<Vec<RecordFit>> {
         let power = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
         (0..self.records.len())

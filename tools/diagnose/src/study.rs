@@ -6,12 +6,16 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, Series, adequacy};
+use crate::adequacy::{Adequacy, InputError, Series, adequacy};
+use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
+use crate::drawn_error::{DrawnError, drawn_beside_a_fit};
 use crate::error::DiagnoseError;
-use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
+use crate::fit::Fitted;
+use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
+use crate::remainder::remainder;
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
@@ -34,6 +38,9 @@ pub(crate) struct Study {
     /// Lowest and highest frequency of the model, hertz.
     pub(crate) slowest_hz: Option<f64>,
     pub(crate) fastest_hz: Option<f64>,
+    /// What errors of the recorded inputs do, recording by recording, training recordings first; empty before
+    /// it was looked for.
+    pub(crate) input_errors: Vec<Option<DrawnError>>,
 }
 
 /// A model on all recordings.
@@ -73,6 +80,7 @@ impl Study {
             colours: vec![None; model.output_columns().len()],
             slowest_hz,
             fastest_hz,
+            input_errors: Vec::new(),
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
         let by_side_file = train.iter().map(|recording| (recording, recording.role.unwrap_or(Role::Train)));
@@ -147,7 +155,8 @@ impl Study {
         self.colours.iter().any(Option::is_some)
     }
 
-    /// Weights every output by the innovations of what a model leaves of the training recordings. Whether that makes a difference.
+    /// Weights every output by the innovations of what a model leaves of the training recordings. Whether
+    /// that makes a difference.
     pub(crate) fn weigh_by_innovations(&mut self, on_all: &OnAll) -> bool {
         let train = OnAll { train: on_all.train.clone(), held_out: Vec::new() };
         let colours: Vec<Option<Arc<Colour>>> = (0..self.weights.len())
@@ -223,8 +232,9 @@ impl Study {
         })
     }
 
-    /// Refuses outputs whose size is out of all proportion to what the model computes from rest, alike in every recording: a unit is
-    /// wrong everywhere, a base that dry friction holds fast stands still in the quiet recordings only.
+    /// Refuses outputs whose size is out of all proportion to what the model computes from rest, alike in
+    /// every recording: a unit is wrong everywhere, a base that dry friction holds fast stands still in the
+    /// quiet recordings only.
     pub(crate) fn check_units(&self, given: &Hypothesis) -> Result<(), DiagnoseError> {
         // A body that nothing holds may drift anywhere.
         if self.slowest_hz.is_none() || given.model.input().is_none() {
@@ -276,11 +286,24 @@ impl Study {
         }
     }
 
-    /// What of an output is rounding, in its unit: a base that follows its setpoint exactly must not outweigh what sensors saw.
+    /// What of an output is rounding, in its unit: a base that follows its setpoint exactly must not outweigh
+    /// what sensors saw.
     fn rounding(&self, output: usize) -> f64 {
         let recorded = self.train.iter().chain(&self.held_out).flat_map(|record| &record.outputs);
         let sizes = recorded.filter(|signal| signal.index == output).map(|signal| reach(&signal.samples));
         ROUNDING * sizes.fold(0.0, f64::max)
+    }
+
+    /// Whether an output is read in steps, and rounding to them has at least this share of the rest of its
+    /// noise: the readings themselves say so, whatever a model leaves over.
+    pub(crate) fn is_read_in_steps(&self, floors: &[Option<NoiseFloor>], least_share: f64) -> bool {
+        let recorded = self.train.iter().chain(&self.held_out).flat_map(|record| &record.outputs);
+        recorded.into_iter().any(|signal| {
+            let floor = floors.get(signal.index).and_then(Option::as_ref);
+            let (Some(step), Some(floor)) = (signal.step, floor) else { return false };
+            let rounding = step.value * step.value / 12.0;
+            rounding >= least_share * (floor.rms * floor.rms - rounding)
+        })
     }
 
     /// Weights every output by its noise.
@@ -322,8 +345,8 @@ impl Study {
             .map(|output| {
                 let floor = noise_floor(&parts[output])?;
                 let floor = NoiseFloor { rms: floor.rms.max(self.rounding(output)), ..floor };
-                // An upper bound where something is there all the time, which shakes a machine at rest and is another in every
-                // repeat; other sensors may give a lower one.
+                // An upper bound where something is there all the time, which shakes a machine at rest and is
+                // another in every repeat; other sensors may give a lower one.
                 let others = (0..parts.len()).filter(|other| *other != output);
                 let own = others.filter_map(|other| own_rms(&parts[output], &parts[other]));
                 let lowest = own.filter(|own| own.0 < floor.rms).min_by(|a, b| a.0.total_cmp(&b.0));
@@ -339,13 +362,60 @@ impl Study {
         pairs.into_iter().any(|(now, before)| now.rms < 0.85 * before.rms)
     }
 
+    /// Draws errors as the recorded inputs have them, and what they do to a linear machine that was fitted to
+    /// the training recordings.
+    pub(crate) fn draw_input_errors(&mut self, fitted: &Fitted) {
+        let machine = fitted.hypothesis.without_laws();
+        let mut errors = drawn_beside_a_fit(&self.stack(Role::Train), fitted);
+        errors.extend(self.held_out.iter().map(|record| DrawnError::of(record, &machine)));
+        self.input_errors = errors;
+    }
+
+    /// What errors of the recorded input are in one part.
+    fn input_error_of(
+        &self,
+        on_all: &OnAll,
+        part: &OutputResidual<'_>,
+        floor: NoiseSource,
+    ) -> Option<InputError> {
+        let mut records = self.train.iter().chain(&self.held_out);
+        let number = records.position(|record| std::ptr::eq(record, part.record))?;
+        let drawn = self.input_errors.get(number)?.as_ref()?;
+        let (role, index, fits) = match number.checked_sub(self.train.len()) {
+            None => (Role::Train, number, &on_all.train),
+            Some(index) => (Role::HeldOut, index, &on_all.held_out),
+        };
+        drawn.on((&self.stack(role), index), fits.get(index)?, part.output, floor)
+    }
+
+    /// The same recordings with what modes beyond those of `model` add freed; `None` where nothing drives
+    /// them.
+    pub(crate) fn with_remainders(&self, model: &Model) -> Option<Self> {
+        let mut study = self.clone();
+        for record in study.train.iter_mut().chain(&mut study.held_out) {
+            record.remainder = Some(remainder(record, model, self.fastest_hz)?);
+        }
+        Some(study)
+    }
+
+    /// The same recordings with another guess of what their inputs do between samples; `None` where that is
+    /// not asked.
+    pub(crate) fn between(&self, between: BetweenSamples, model: &Model) -> Option<Self> {
+        let mut study = self.clone();
+        for record in study.train.iter_mut().chain(&mut study.held_out) {
+            *record = record.between(between, model, self.fastest_hz)?;
+        }
+        Some(study)
+    }
+
     /// The tests of every output of every recording, training first.
     pub(crate) fn adequacies(&self, on_all: &OnAll, floors: &[Option<NoiseFloor>]) -> Vec<(Role, Adequacy)> {
         let mut tests = Vec::new();
         for (output, floor) in floors.iter().enumerate() {
             let Some(floor) = floor else { continue };
             for part in self.parts(on_all, output) {
-                // The base of a simulation that follows its setpoint: what is left is rounding, and its noise nothing.
+                // The base of a simulation that follows its setpoint: what is left is rounding, and its noise
+                // nothing.
                 if is_resolved(&part) {
                     continue;
                 }
@@ -359,6 +429,7 @@ impl Study {
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
+                    input_error: self.input_error_of(on_all, &part, floor.source),
                 };
                 tests.push((part.record.role, adequacy(&series)));
             }
@@ -366,8 +437,9 @@ impl Study {
         tests
     }
 
-    /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do: recordings without noise,
-    /// from a simulation. Their noise floor is no noise, and what stands out of it no physics.
+    /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do:
+    /// recordings without noise, from a simulation. Their noise floor is no noise, and what stands out of it
+    /// no physics.
     pub(crate) fn is_exact(&self, on_all: &OnAll) -> bool {
         (0..self.weights.len()).flat_map(|output| self.parts(on_all, output)).all(|part| is_resolved(&part))
     }
@@ -404,11 +476,11 @@ const SAME_RATE: f64 = 0.01;
 /// Share of an output below which no sensor sees anything and simulations round.
 const ROUNDING: f64 = 1e-9;
 
-/// Share of an output below which nothing is looked for (80 dB): an input known at samples only leaves that much open at the start of a
-/// recording and where it moves fast.
+/// Share of an output below which nothing is looked for (80 dB): an input known at samples only leaves that
+/// much open at the start of a recording and where it moves fast.
 const RESOLVED: f64 = 1e-4;
-/// The same of a closed loop, which follows straight lines between its reference's samples: nothing is open there, and what friction does
-/// against a stiff controller is as small as this.
+/// The same of a closed loop, which follows straight lines between its reference's samples: nothing is open
+/// there, and what friction does against a stiff controller is as small as this.
 const RESOLVED_IN_LOOP: f64 = 1e-6;
 
 /// A recorded output this many times larger or smaller than simulated is in another unit, ...

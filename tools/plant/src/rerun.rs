@@ -14,8 +14,8 @@ use crate::state_space::{ForceSeries, StateSpace};
 
 /// A recording's input, checked once, and the stamps at which outputs are wanted.
 ///
-/// [`Rerun::outputs`] computes what [`simulate()`](crate::simulate()) computes, to rounding and without copies, checks of the
-/// recording and columns.
+/// [`Rerun::outputs`] computes what [`simulate()`](crate::simulate()) computes, to rounding and without
+/// copies, checks of the recording and columns.
 #[derive(Debug, Clone)]
 pub struct Rerun {
     time_s: Vec<f64>,
@@ -29,11 +29,12 @@ pub struct Rerun {
 }
 
 impl Rerun {
-    /// Prepares a recording for models with this input and controller; outputs are wanted at every `every`-th time stamp
-    /// (1 or more), from the first on. A model without input is simulated without force.
+    /// Prepares a recording for models with this input and controller; outputs are wanted at every `every`-th
+    /// time stamp (1 or more), from the first on. A model without input is simulated without force.
     ///
     /// # Errors
-    /// [`PlantError::Recording`] when the input's column is missing or the recording malformed; [`PlantError::InputGap`].
+    /// [`PlantError::Recording`] when the input's column is missing or the recording malformed;
+    /// [`PlantError::InputGap`].
     pub fn new(recording: &Recording, model: &Model, every: usize) -> Result<Self, PlantError> {
         let input = match model.input() {
             Some(input) => {
@@ -63,8 +64,9 @@ impl Rerun {
 
     /// With the input as it was at the wanted stamps.
     ///
-    /// Straight lines between samples weaken what the input's samples drive, which other values than the true ones make up for.
-    /// An output that shows the input itself, the position of a base that is moved, then has to read the true ones.
+    /// Straight lines between samples weaken what the input's samples drive, which other values than the true
+    /// ones make up for. An output that shows the input itself, the position of a base that is moved, then
+    /// has to read the true ones.
     #[must_use]
     pub fn with_true_input(self, samples: &[f64]) -> Self {
         let driving = self.input.iter().step_by(self.every);
@@ -72,12 +74,19 @@ impl Rerun {
         Self { unseen: Some(unseen), ..self }
     }
 
-    /// The same, outputs wanted at every `nth` (1 or more) of the stamps only; the input is followed as before.
+    /// The same, outputs wanted at every `nth` (1 or more) of the stamps only; the input is followed as
+    /// before.
     #[must_use]
     pub fn thinned(&self, nth: usize) -> Self {
         let nth = nth.max(1);
         let unseen = self.unseen.as_ref().map(|samples| samples.iter().step_by(nth).copied().collect());
         Self { every: self.every * nth, unseen, ..self.clone() }
+    }
+
+    /// The same under another input, of which there are as many samples.
+    #[must_use]
+    pub fn with_input(&self, samples: Vec<f64>) -> Self {
+        Self { input: samples, unseen: None, ..self.clone() }
     }
 
     /// The same, driven `factor` times as hard.
@@ -96,8 +105,8 @@ impl Rerun {
     /// `longest_step_s` as in [`SimulateOptions`](crate::SimulateOptions).
     ///
     /// # Errors
-    /// As [`simulate_with`](crate::simulate_with()), and [`PlantError::RanAway`] where that would return numbers that are not
-    /// finite.
+    /// As [`simulate_with`](crate::simulate_with()), and [`PlantError::RanAway`] where that would return
+    /// numbers that are not finite.
     pub fn outputs(&self, model: &Model, longest_step_s: Option<f64>) -> Result<Vec<Vec<f64>>, PlantError> {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
@@ -156,7 +165,8 @@ impl Rerun {
         Ok(())
     }
 
-    /// What of a correction of the input arrives behind the model's drive: nothing of it where that is at its limit.
+    /// What of a correction of the input arrives behind the model's drive: nothing of it where that is at its
+    /// limit.
     fn behind_the_drive(&self, model: &Model, unseen: &[f64]) -> Result<Vec<f64>, PlantError> {
         let (mut with, mut without) = (signals(model)?, signals(model)?);
         if with.is_empty() {
@@ -197,8 +207,8 @@ impl Rerun {
                 }
             }
             let Some(interval_s) = interval_s else { break };
-            // Listed stamps differ by rounding even where they are meant to be even: one sample that is missing must not cost a
-            // matrix exponential for each that is there.
+            // Listed stamps differ by rounding even where they are meant to be even: one sample that is
+            // missing must not cost a matrix exponential for each that is there.
             let one = if uniform { advances.whole(interval_s)? } else { advances.partial(interval_s)? };
             if uniform && index % self.every == 0 && index + self.every < count {
                 let stride =
@@ -234,7 +244,8 @@ impl Rerun {
         self.reference.is_some()
     }
 
-    /// What the injection points of a model do at the wanted stamps; `None` where a servo or something loose moves apart from them.
+    /// What the injection points of a model do at the wanted stamps; `None` where a servo or something loose
+    /// moves apart from them.
     ///
     /// # Errors
     /// As [`Rerun::outputs`].
@@ -256,8 +267,8 @@ impl Rerun {
     }
 }
 
-/// The force that a law would exert along a motion that it does not change, at every point where it acts; nothing for a law
-/// that is no force.
+/// The force that a law would exert along a motion that it does not change, at every point where it acts;
+/// nothing for a law that is no force.
 ///
 /// # Errors
 /// [`PlantError::Place`] and [`PlantError::Invalid`] as when the law is simulated.

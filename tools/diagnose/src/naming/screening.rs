@@ -1,5 +1,7 @@
 //! The screen: one law at a time, by simulation at the fitted model, what the model could absorb taken out.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::Motion;
@@ -36,7 +38,8 @@ const OTHERS: usize = 2;
 /// As long as they explain this share of what the best explains.
 const WORTH: f64 = 0.5;
 
-/// Trials of one law whose effects are simulated: the most promising along the motion that there is without them.
+/// Trials of one law whose effects are simulated: the most promising along the motion that there is without
+/// them.
 const MANY: usize = 6;
 /// Rounds in which a trial's amplitude is brought to the size of the residual.
 const ROUNDS: usize = 4;
@@ -49,13 +52,15 @@ const CLOSE: f64 = 4.0;
 
 /// What a screen leaves out.
 pub(crate) struct Leaving<'l> {
-    /// Candidates whose forces, along the motion that there is without them, would take off less than this sum of squares.
+    /// Candidates whose forces, along the motion that there is without them, would take off less than this
+    /// sum of squares.
     pub(crate) least_explained: f64,
     /// All that have not been reached when this holds.
     pub(crate) is_given_up: &'l (dyn Fn() -> bool + Sync),
 }
 
-/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen are left out, too.
+/// Screens all candidates against a fitted model, in order; those whose effect cannot be simulated or seen
+/// are left out, too.
 pub(crate) fn screen(
     stack: &Stack<'_>,
     fitted: &Fitted,
@@ -100,8 +105,8 @@ struct Telling<'t> {
     record: usize,
     residuals: &'t [f64],
     absorbing: Orthonormal,
-    /// All recordings, on which trials are compared where there are many of them: the one of which most is left may only be the longest
-    /// or the noisiest, and show little of a law.
+    /// All recordings, on which trials are compared where there are many of them: the one of which most is
+    /// left may only be the longest or the noisiest, and show little of a law.
     whole: Whole<'t>,
 }
 
@@ -113,7 +118,8 @@ struct Whole<'t> {
     motions: Option<Vec<Motion>>,
 }
 
-/// A trial, what its amplitudes are to be multiplied by, and its effect on the telling recording if that was simulated.
+/// A trial, what its amplitudes are to be multiplied by, and its effect on the telling recording if that was
+/// simulated.
 struct Sized<'c> {
     trial: &'c Trial,
     size: f64,
@@ -148,8 +154,8 @@ impl<'t> Telling<'t> {
         Self { record, residuals: &residuals[rows], absorbing, whole }
     }
 
-    /// The trials that are looked at on all recordings. Where there are many, they are compared by what their forces would do
-    /// along the motion that there is without them.
+    /// The trials that are looked at on all recordings. Where there are many, they are compared by what their
+    /// forces would do along the motion that there is without them.
     fn best_trials<'c>(
         &self,
         stack: &Stack<'_>,
@@ -218,8 +224,9 @@ impl<'t> Telling<'t> {
         explained(effect, self.residuals, &self.absorbing)
     }
 
-    /// The same trial much weaker, where that is another effect and not only a smaller one: a base that drifts without a law and is held
-    /// by it moves otherwise the more the stronger the law is, and where to begin is not known. `None` where the effect is in proportion.
+    /// The same trial much weaker, where that is another effect and not only a smaller one: a base that
+    /// drifts without a law and is held by it moves otherwise the more the stronger the law is, and where to
+    /// begin is not known. `None` where the effect is in proportion.
     fn weaker<'c>(
         &self,
         stack: &Stack<'_>,
@@ -258,8 +265,8 @@ impl<'t> Telling<'t> {
         Some(Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) })
     }
 
-    /// The change that a law makes, at an amplitude whose effect has about the size of the residual; and by how much the trial's
-    /// amplitudes were multiplied for it.
+    /// The change that a law makes, at an amplitude whose effect has about the size of the residual; and by
+    /// how much the trial's amplitudes were multiplied for it.
     fn sized_effect(
         &self,
         stack: &Stack<'_>,
@@ -297,7 +304,8 @@ fn explained(mut effect: Vec<f64>, residuals: &[f64], absorbing: &Orthonormal) -
     if left > 0.0 { along * along / left } else { 0.0 }
 }
 
-/// Waves that differ by a quarter in phase and in nothing else count together: each alone may explain nothing of a wave between them.
+/// Waves that differ by a quarter in phase and in nothing else count together: each alone may explain nothing
+/// of a wave between them.
 fn share_with_quadrature(compared: &mut [Sized<'_>]) {
     for later in 1..compared.len() {
         let (before, after) = compared.split_at_mut(later);
@@ -310,8 +318,9 @@ fn share_with_quadrature(compared: &mut [Sized<'_>]) {
     }
 }
 
-/// Trials from the most promising down, of waves those before all others whose period promises more than its neighbours do: each such
-/// crest is a valley of its own for a fit to begin in, and the neighbours of the highest lead to the same one.
+/// Trials from the most promising down, of waves those before all others whose period promises more than its
+/// neighbours do: each such crest is a valley of its own for a fit to begin in, and the neighbours of the
+/// highest lead to the same one.
 fn crests_first(compared: Vec<Sized<'_>>) -> Vec<Sized<'_>> {
     let mut by_period: Vec<(f64, f64)> =
         compared.iter().filter_map(|sized| Some((sized.trial.period()?, sized.explained))).collect();
@@ -332,8 +341,8 @@ fn crests_first(compared: Vec<Sized<'_>>) -> Vec<Sized<'_>> {
     crests.into_iter().chain(slopes).collect()
 }
 
-/// Pairs of trials that add up replaced by the sum that explains most: waves a quarter apart by the wave of any phase, to first order the
-/// force being linear in both.
+/// Pairs of trials that add up replaced by the sum that explains most: waves a quarter apart by the wave of
+/// any phase, to first order the force being linear in both.
 fn joined(seen: Vec<Seen>, residuals: &[f64]) -> Vec<Seen> {
     let mut left: Vec<Option<Seen>> = seen.into_iter().map(Some).collect();
     let mut all = Vec::with_capacity(left.len());
@@ -484,19 +493,31 @@ fn effect(
     Some(change)
 }
 
-/// The effect of a trial made so weak that it is about as large as the noise, and what its amplitudes were multiplied by.
+/// The effect of a trial made so weak that it is about as large as the noise, and what its amplitudes were
+/// multiplied by.
 pub(crate) fn small_effect(
     stack: &Stack<'_>,
     fitted: &Fitted,
     candidate: &Candidate,
     trial: &Trial,
 ) -> Option<(f64, Vec<f64>)> {
+    small_effect_on(stack, fitted, candidate, trial, 0..fitted.records.len())
+}
+
+/// The same on some of the recordings.
+pub(crate) fn small_effect_on(
+    stack: &Stack<'_>,
+    fitted: &Fitted,
+    candidate: &Candidate,
+    trial: &Trial,
+    records: Range<usize>,
+) -> Option<(f64, Vec<f64>)> {
     let whole = |size: f64| -> Option<Vec<f64>> {
-        let parts =
-            (0..fitted.records.len()).map(|record| effect(stack, fitted, candidate, trial, size, record));
+        let parts = records.clone().map(|record| effect(stack, fitted, candidate, trial, size, record));
         Some(parts.collect::<Option<Vec<Vec<f64>>>>()?.concat())
     };
-    let target = (stack.present() as f64).sqrt();
+    let samples: usize = fitted.records[records.clone()].iter().map(|record| record.residuals.len()).sum();
+    let target = (samples as f64).sqrt();
     let mut size = 1.0;
     for _ in 0..ROUNDS {
         let found = whole(size)?;
@@ -512,8 +533,8 @@ pub(crate) fn small_effect(
     None
 }
 
-/// Share of a candidate's effect that no combination of the other screened candidates makes, as far as straight lines say; nothing of
-/// one that was not screened.
+/// Share of a candidate's effect that no combination of the other screened candidates makes, as far as
+/// straight lines say; nothing of one that was not screened.
 pub(crate) fn own_share(screened: &[Screened], candidate: usize) -> f64 {
     let mut others = Orthonormal::default();
     screened.iter().filter(|s| s.candidate != candidate).for_each(|s| others.push(s.direction.clone()));

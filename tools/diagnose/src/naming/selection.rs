@@ -1,10 +1,10 @@
 //! From screened candidates to the set of laws that the recordings demand.
 //!
-//! One law is added at a time: the screen proposes, every promising candidate is fitted by simulation error together
-//! with the model's own parameters, and of those that pass all gates the one that fits best is taken. After every
-//! addition each law in the set is tried without (deletion) and exchanged for others (swap), because a first choice
-//! may only have stood in for what came later. When a law takes away so much that the noise below is seen for the first
-//! time, the outputs are weighted by it before the search goes on.
+//! One law is added at a time: the screen proposes, every promising candidate is fitted by simulation error
+//! together with the model's own parameters, and of those that pass all gates the one that fits best is
+//! taken. After every addition each law in the set is tried without (deletion) and exchanged for others
+//! (swap), because a first choice may only have stood in for what came later. When a law takes away so much
+//! that the noise below is seen for the first time, the outputs are weighted by it before the search goes on.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Mutex;
@@ -40,11 +40,25 @@ pub(crate) struct Selection {
     pub(crate) judged: Vec<Tried>,
     /// What was not looked for because time was over.
     pub(crate) left_out: Vec<&'static str>,
-    /// Share that the chosen set takes off what noise does not explain, where that was reckoned with another weighting than the study's.
+    /// Share that the chosen set takes off what noise does not explain, where that was reckoned with another
+    /// weighting than the study's.
     pub(crate) explained_share: Option<f64>,
 }
 
 impl Selection {
+    /// No law beside the refitted model, and none looked for.
+    pub(crate) fn nothing(refitted: &Fitted, held_out: Vec<RecordFit>) -> Self {
+        Self {
+            chosen: Member { laws: Vec::new(), fitted: refitted.clone(), held_out },
+            screened: Vec::new(),
+            tried: Vec::new(),
+            rivals: Vec::new(),
+            judged: Vec::new(),
+            left_out: Vec::new(),
+            explained_share: None,
+        }
+    }
+
     /// Whether a set of these laws, in whatever order they were added, is a rival already.
     pub(crate) fn has_rival(&self, laws: &[usize]) -> bool {
         self.rivals.iter().any(|rival| as_set(&rival.laws) == as_set(laws))
@@ -64,8 +78,8 @@ pub(crate) struct Search<'s> {
     pub(crate) floors: Vec<Option<NoiseFloor>>,
     /// Whether that has changed since the search began.
     pub(crate) weighed_again: bool,
-    /// Initial states of held-out free decays under the refitted model, which have no rest to begin from; empty where a record
-    /// is driven.
+    /// Initial states of held-out free decays under the refitted model, which have no rest to begin from;
+    /// empty where a record is driven.
     pub(crate) held_out_starts: Vec<Vec<f64>>,
     /// When no further search is begun.
     pub(crate) patience: Patience,
@@ -114,7 +128,8 @@ impl Search<'_> {
             };
             chosen = self.weighed_again(best.member);
             chosen = self.in_the_deepest_valleys(self.pruned(chosen));
-            // Two laws may each make the other look superfluous, and the third that is missing makes both come back: in circles.
+            // Two laws may each make the other look superfluous, and the third that is missing makes both
+            // come back: in circles.
             if !reached.insert(as_set(&chosen.laws)) {
                 break;
             }
@@ -139,8 +154,9 @@ impl Search<'_> {
         }
     }
 
-    /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is not
-    /// significantly better: a law that contains another (Stribeck contains Coulomb) always fits a little better.
+    /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is
+    /// not significantly better: a law that contains another (Stribeck contains Coulomb) always fits a little
+    /// better.
     fn simplest_of_the_best(&self, tried: &[Tried]) -> Option<Tried> {
         let passing: Vec<&Tried> = tried.iter().filter(|tried| tried.passes()).collect();
         let best = passing.iter().copied().min_by(|a, b| by_fit(a, b))?;
@@ -153,9 +169,10 @@ impl Search<'_> {
         Some(simpler.unwrap_or(best).clone())
     }
 
-    /// A law that would pass but for sharing its strength with one that is there does that one's work too, and something else may do
-    /// the rest of it: friction with a dip at low speed beside friction that differs by direction is friction with a dip beside
-    /// a constant force. The set with such a law in the other's place, if it is beyond doubt better than the one that is there.
+    /// A law that would pass but for sharing its strength with one that is there does that one's work too,
+    /// and something else may do the rest of it: friction with a dip at low speed beside friction that
+    /// differs by direction is friction with a dip beside a constant force. The set with such a law in the
+    /// other's place, if it is beyond doubt better than the one that is there.
     fn richer_in_place(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
         let shares = |tried: &&Tried| fails_only(&tried.gates, DETERMINED);
         let richer = tried.iter().filter(shares).min_by(|a, b| by_fit(a, b))?;
@@ -168,9 +185,10 @@ impl Search<'_> {
         instead.filter(better).min_by(by_fit)
     }
 
-    /// Two laws where none passes alone. Fitted to what two of them do, one law may miss what is held out, or leave more than it explains;
-    /// the second is looked for beside it all the same, and both stay only if neither can go. Beside laws that are there already only
-    /// where much is left: what no further law explains is mostly small.
+    /// Two laws where none passes alone. Fitted to what two of them do, one law may miss what is held out, or
+    /// leave more than it explains; the second is looked for beside it all the same, and both stay only if
+    /// neither can go. Beside laws that are there already only where much is left: what no further law
+    /// explains is mostly small.
     fn two_at_once(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
         let is_room = chosen.laws.len() + 2 <= self.options.most_terms;
         if !is_room || (!chosen.laws.is_empty() && !self.leaves_much(chosen)) {
@@ -189,8 +207,8 @@ impl Search<'_> {
         pairs.filter(needed).min_by(by_fit)
     }
 
-    /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be missing from it. By innovations
-    /// nothing is: what they are made of is as loud as noise by definition.
+    /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be
+    /// missing from it. By innovations nothing is: what they are made of is as loud as noise by definition.
     fn leaves_much(&self, member: &Member) -> bool {
         let noise = self.study.stack(Role::Train).present() as f64;
         member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured

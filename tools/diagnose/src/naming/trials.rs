@@ -1,8 +1,9 @@
 //! What a law is tried with before anything is fitted: sizes that fit this machine's motion.
 //!
-//! A law's parameters are of two kinds. *Amplitudes* make it weaker or stronger and are zero where it is absent; they are
-//! scaled until the law's effect on the outputs has the size of what is to be explained. *Shapes* (a period, a
-//! speed, a contact) say what it looks like; several values are tried and the best starts the fit.
+//! A law's parameters are of two kinds. *Amplitudes* make it weaker or stronger and are zero where it is
+//! absent; they are scaled until the law's effect on the outputs has the size of what is to be explained.
+//! *Shapes* (a period, a speed, a contact) say what it looks like; several values are tried and the best
+//! starts the fit.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -44,14 +45,14 @@ impl Trial {
             && other.turned(FRAC_PI_2).is_some_and(|ahead| ahead.shapes == self.shapes)
     }
 
-    /// Whether two trials of one law add up to one of the same law: a wave and the one a quarter ahead, a cable that pulls towards where the
-    /// machine starts and one that pulls evenly.
+    /// Whether two trials of one law add up to one of the same law: a wave and the one a quarter ahead, a
+    /// cable that pulls towards where the machine starts and one that pulls evenly.
     pub(crate) fn adds_to(&self, other: &Self) -> bool {
         self.is_quadrature_of(other) || (self.rest_position().is_some() && other.rest_position().is_some())
     }
 
-    /// The trial, and what its amplitudes are to be multiplied by, that has so many times the force of this one and so many times that of
-    /// one that adds to it; `None` where there is none.
+    /// The trial, and what its amplitudes are to be multiplied by, that has so many times the force of this
+    /// one and so many times that of one that adds to it; `None` where there is none.
     pub(crate) fn combined(&self, parts: [f64; 2], other: &Self) -> Option<(Self, f64)> {
         let (Some(rest), Some(other_rest)) = (self.rest_position(), other.rest_position()) else {
             return Some((self.turned(parts[1].atan2(parts[0]))?, parts[0].hypot(parts[1])));
@@ -104,6 +105,11 @@ impl Candidate {
         physics
     }
 
+    /// Whether its strength is read off the readings themselves.
+    pub(crate) fn is_read_off(&self) -> bool {
+        self.step_stderr.is_some()
+    }
+
     /// `id at location`, with the column where there are several sensors.
     pub(crate) fn name(&self) -> String {
         match &self.column {
@@ -145,7 +151,8 @@ pub(crate) fn all_candidates(
         .filter(|index| records.iter().any(|record| record.outputs.iter().any(|o| o.index == *index)))
         .collect();
     let mut found = Vec::new();
-    // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of any mismatch behind it.
+    // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of
+    // any mismatch behind it.
     let is_cut_behind_drive = hypothesis.model.input_is_behind_the_drive();
     for candidate in candidates(&hypothesis.model) {
         let Some(location) = locations.get(candidate.location) else { continue };
@@ -212,7 +219,8 @@ fn trials(
             .map(|share| Trial { amplitudes: Vec::new(), shapes: vec![("limit", share * most)] })
             .collect()
     };
-    // So close together that between two of them the force's pattern moves by less than a quarter of a wave over the travel.
+    // So close together that between two of them the force's pattern moves by less than a quarter of a wave
+    // over the travel.
     let waves = |name: &'static str, size: f64| -> Vec<Trial> {
         let periods = (1..=MOST_WAVES * 4).map(|quarters| 4.0 * at.reach / f64::from(quarters));
         let periods = periods.filter(|period| *period <= at.travel);
@@ -263,7 +271,8 @@ fn trials(
             .map(|share| shaped("stiffness", f / z, &[("distance", share * at.reach)]))
             .collect(),
         "constant_force" => amplitude("force", f),
-        // Close enough that a contact between two of them is seen from one: at 0 and 0.4 of the reach alone, one at 0.2 looked like a cubic.
+        // Close enough that a contact between two of them is seen from one: at 0 and 0.4 of the reach alone,
+        // one at 0.2 looked like a cubic.
         "bilinear_stiffness" => [0.0, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7]
             .iter()
             .map(|share| shaped("stiffness", f / z, &[("contact", share * at.reach)]))
@@ -325,8 +334,8 @@ const FEWEST_PERIODS: f64 = 2.0;
 /// Waves of a force over half the travel that are looked for.
 const MOST_WAVES: i32 = 10;
 
-/// Outside these a law is another one: a wave of which no whole period was seen is a spring and an offset, a hysteresis that never
-/// yields too.
+/// Outside these a law is another one: a wave of which no whole period was seen is a spring and an offset, a
+/// hysteresis that never yields too.
 fn ranges(
     (id, at_sensor): (&str, bool),
     at: Scale,
@@ -344,8 +353,9 @@ fn ranges(
         "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],
         "stribeck_friction" => vec![("velocity", 1e-3 * at.velocity, 3.0 * at.velocity)],
         "saturation" => {
-            // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put aside: the limit lies about
-            // there and not below. A command is known exactly, and one above all that was asked for limits nothing.
+            // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put
+            // aside: the limit lies about there and not below. A command is known exactly, and one above all
+            // that was asked for limits nothing.
             let most = if at_sensor { ABOVE_READINGS * y_most } else { u_most };
             vec![("limit", 0.05 * most, most)]
         }

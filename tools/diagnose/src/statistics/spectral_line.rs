@@ -1,8 +1,9 @@
 //! Whether a series has a line in its spectrum: a tone that keeps its frequency and its phase.
 //!
-//! A steady tone has the same power in every window and, once an autoregressive model of the series is taken out of it, is
-//! gone: such a model foretells a tone better than anything else. Its spectrum shows it: one ordinate stands out of its neighbours,
-//! where noise of a smooth colour has ordinates that are scattered about them like the sum of two squares.
+//! A steady tone has the same power in every window and, once an autoregressive model of the series is taken
+//! out of it, is gone: such a model foretells a tone better than anything else. Its spectrum shows it: one
+//! ordinate stands out of its neighbours, where noise of a smooth colour has ordinates that are scattered
+//! about them like the sum of two squares.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
@@ -20,12 +21,14 @@ pub(crate) struct Line {
     pub(crate) frequency_hz: f64,
     /// Chance that any ordinate of noise stands out as much.
     pub(crate) p: f64,
+    /// Share of the power of the series, its slope taken out, that stands out of the noise beside it.
+    pub(crate) share: f64,
 }
 
 /// The line that stands out most; `None` where the series is too short for one, or nothing.
 ///
-/// An ordinate of the periodogram over the mean of `m` others of the same noise has Fisher's distribution with 2 and `2m` degrees of
-/// freedom, whose tail is `(1 + r/m)^-m`.
+/// An ordinate of the periodogram over the mean of `m` others of the same noise has Fisher's distribution
+/// with 2 and `2m` degrees of freedom, whose tail is `(1 + r/m)^-m`.
 pub(crate) fn strongest_line(series: &[f64], rate_hz: f64) -> Option<Line> {
     let n = series.len();
     if n < FEWEST {
@@ -34,7 +37,7 @@ pub(crate) fn strongest_line(series: &[f64], rate_hz: f64) -> Option<Line> {
     let power = periodogram(&flattened(series));
     let range = SPILLED_INTO..power.len() - SPILLED_INTO;
     let count = range.len() as f64;
-    let of_one = |k: usize| -> Option<f64> {
+    let of_one = |k: usize| -> Option<(f64, f64)> {
         let below = k.saturating_sub(SPILLED_INTO + NEIGHBOURS)..k.saturating_sub(SPILLED_INTO);
         let above = k + SPILLED_INTO + 1..(k + SPILLED_INTO + 1 + NEIGHBOURS).min(power.len());
         // The louder side counts: on the flank of a broad resonance the other one is no measure.
@@ -44,15 +47,17 @@ pub(crate) fn strongest_line(series: &[f64], rate_hz: f64) -> Option<Line> {
         let (below, above) = (&power[below], &power[above]);
         let sides = [below, above].map(|side| mean(side).map(|mean| (mean, side.len() as f64)));
         let (mean, m) = sides.into_iter().flatten().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        (mean > 0.0).then(|| (1.0 + power[k] / mean / m).powf(-m))
+        (mean > 0.0).then(|| ((1.0 + power[k] / mean / m).powf(-m), mean))
     };
     let ordinates = range.filter_map(|k| Some((k, of_one(k)?)));
-    let (k, p) = ordinates.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    Some(Line { frequency_hz: k as f64 * rate_hz / n as f64, p: (count * p).min(1.0) })
+    let (k, (p, mean)) = ordinates.min_by(|a, b| a.1.0.total_cmp(&b.1.0))?;
+    let line = power[k - SPILLED_INTO..=k + SPILLED_INTO].iter().map(|power| (power - mean).max(0.0));
+    let share = line.sum::<f64>() / power.iter().sum::<f64>();
+    Some(Line { frequency_hz: k as f64 * rate_hz / n as f64, p: (count * p).min(1.0), share })
 }
 
-/// The series without its level, and without the slope of its spectrum: what of each sample the one before it foretells taken out.
-/// That is a smooth filter, which leaves a line a line.
+/// The series without its level, and without the slope of its spectrum: what of each sample the one before it
+/// foretells taken out. That is a smooth filter, which leaves a line a line.
 fn flattened(series: &[f64]) -> Vec<f64> {
     let known = || series.iter().filter(|value| value.is_finite());
     let mean = known().sum::<f64>() / known().count().max(1) as f64;

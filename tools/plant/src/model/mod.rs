@@ -126,7 +126,8 @@ impl Model {
         model
     }
 
-    /// Whether an output, by its place in [`Model::output_columns`], is a velocity: what stands still reads nothing.
+    /// Whether an output, by its place in [`Model::output_columns`], is a velocity: what stands still reads
+    /// nothing.
     pub fn output_is_velocity(&self, output: usize) -> bool {
         let quantity = match self {
             Self::BeamOnBase(_) => None,
@@ -144,7 +145,8 @@ impl Model {
         }
     }
 
-    /// Whether the input is a motion behind the drive, as it was or as it is prescribed, and no setpoint: what the drive does is in it already.
+    /// Whether the input is a motion behind the drive, as it was or as it is prescribed, and no setpoint:
+    /// what the drive does is in it already.
     pub fn input_is_behind_the_drive(&self) -> bool {
         self.input_is_motion() && self.input().is_some_and(|input| input.column != SETPOINT)
     }
@@ -177,7 +179,7 @@ impl Model {
     }
 
     /// The servo between setpoint and base, if the model has one and its input passes through it.
-    pub(crate) fn servo(&self) -> Option<&crate::drive::ServoDrive> {
+    pub fn servo(&self) -> Option<&crate::drive::ServoDrive> {
         let drive = match self {
             Self::BeamOnBase(model) => model.drive.as_ref(),
             Self::Modal(model) => model.drive.as_ref(),

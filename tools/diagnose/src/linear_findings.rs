@@ -15,8 +15,7 @@ use crate::simulation::Hypothesis;
 use crate::study::Study;
 
 /// Said where the model is adequate with a share of the input beside it.
-const MODES_BEYOND: &str = "the model has too few modes: those beyond add a share of the input, or of its acceleration, that follows \
-     without delay; the machine is linear with them too";
+const MODES_BEYOND: &str = "the model has too few modes: those beyond add a share of what drives them, nearly without delay; the machine is linear with them too";
 /// Said where another guess of the input does it.
 const HELD: &str = "the input is held from sample to sample, as a digital controller puts it out: half a sample late, on the average";
 const LINES: &str = "the input goes in straight lines from sample to sample";
@@ -31,13 +30,14 @@ pub(crate) fn as_linear(
     options: &Options,
 ) -> Result<Option<(Study, Compared)>, DiagnoseError> {
     let given = Hypothesis::given(model);
+    let refitted = compared.refitted.hypothesis.without_laws();
     let others = others_between(study, model);
     let as_guessed = std::iter::once((study.clone(), None));
     let guesses = as_guessed.chain(
         others.into_iter().filter_map(|(between, words)| Some((study.between(between, model)?, Some(words)))),
     );
     for (guess, words) in guesses {
-        let with_modes = guess.with_remainders(model).map(|wider| (wider, Some(MODES_BEYOND)));
+        let with_modes = guess.with_remainders(&refitted.model).map(|wider| (wider, Some(MODES_BEYOND)));
         let alone = words.map(|_| (guess, None));
         for (mut wider, modes) in alone.into_iter().chain(with_modes) {
             let freed = compare_from(&mut wider, &given, compared)?;

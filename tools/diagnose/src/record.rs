@@ -77,7 +77,7 @@ pub(crate) struct Record {
     pub(crate) longest_step_s: f64,
     pub(crate) outputs: Vec<OutputSignal>,
     /// What modes beyond those of the model follow, at `time_s`, where their share of the outputs is freed.
-    pub(crate) remainder: Option<Vec<f64>>,
+    pub(crate) remainder: Vec<Vec<f64>>,
 }
 
 impl Record {
@@ -122,7 +122,7 @@ impl Record {
             rerun,
             longest_step_s: (RADIANS_PER_STEP / (TAU * band_hz.max(1e-9))).clamp(1e-4, 2e-3),
             outputs,
-            remainder: None,
+            remainder: Vec::new(),
         })
     }
 

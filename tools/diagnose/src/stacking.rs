@@ -197,17 +197,20 @@ impl Stack<'_> {
     /// What modes beyond those of the model add to every output, where it is freed.
     pub(crate) fn beyond_the_model(&self, index: usize) -> Vec<Vec<f64>> {
         let record = self.records[index];
-        let Some(remainder) = &record.remainder else { return Vec::new() };
-        let of_output = |which: usize| {
+        let of_output = |(column, which): (&Vec<f64>, usize)| {
             let signals: Vec<Vec<f64>> = (record.outputs.iter().enumerate())
                 .map(|(k, output)| {
                     let share = f64::from(k == which);
-                    output.at.iter().map(|&stamp| share * remainder[stamp]).collect()
+                    output.at.iter().map(|&stamp| share * column[stamp]).collect()
                 })
                 .collect();
             self.weighted(index, &signals)
         };
-        (0..record.outputs.len()).map(of_output).collect()
+        let columns = record.remainder.iter();
+        columns
+            .flat_map(|column| (0..record.outputs.len()).map(move |which| (column, which)))
+            .map(of_output)
+            .collect()
     }
 
     /// What the initial state changes where laws act, by differences as large as a few tenths of the noise;

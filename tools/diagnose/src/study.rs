@@ -388,12 +388,12 @@ impl Study {
         drawn.on((&self.stack(role), index), fits.get(index)?, part.output, floor)
     }
 
-    /// The same recordings with what modes beyond those of `model` add freed; `None` where nothing drives
-    /// them.
+    /// The same recordings with what modes beyond those of a refitted `model` add freed; `None` where nothing
+    /// drives them.
     pub(crate) fn with_remainders(&self, model: &Model) -> Option<Self> {
         let mut study = self.clone();
         for record in study.train.iter_mut().chain(&mut study.held_out) {
-            record.remainder = Some(remainder(record, model, self.fastest_hz)?);
+            record.remainder = remainder(record, model, self.fastest_hz)?;
         }
         Some(study)
     }

@@ -3,7 +3,7 @@
 //! Four questions, none of which takes white noise for granted:
 //! * is its power that of the noise floor, judged by the number of samples that are really independent;
 //! * does it, once its colour is taken out, still move with the simulated output, window by window: in phase
-//! or in
+//!   or in
 //!   quadrature, at twice or three times its frequency;
 //! * is it, once its colour is taken out, correlated with the input of the last few periods;
 //! * is there a line in its spectrum, a tone that keeps its frequency and its phase.

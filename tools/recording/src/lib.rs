@@ -20,6 +20,7 @@
 //! Bad input is a [`RecordingError`] that names file, row, column and the remedy; reading never panics.
 
 mod channels;
+mod column_name;
 mod content;
 mod csv_reader;
 mod csv_writer;
@@ -27,6 +28,7 @@ mod error;
 mod export;
 mod format;
 mod grid;
+mod heading;
 mod import;
 mod json_reader;
 mod json_writer;

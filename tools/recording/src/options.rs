@@ -2,8 +2,8 @@
 
 use std::str::FromStr;
 
+use crate::column_name::{TIME_COLUMN, unit_of};
 use crate::format::Format;
-use crate::recording::{TIME_COLUMN, unit_of};
 use crate::table::Separator;
 
 /// How to read a file whose content does not say it all.

@@ -2,17 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+pub use crate::column_name::TIME_COLUMN;
+use crate::column_name::unit_of;
 use crate::error::{Problem, RecordingError};
-
-/// Name of the first column of every recording: seconds.
-pub const TIME_COLUMN: &str = "time_s";
+use crate::heading::Heading;
 
 /// The fewest samples that can be read as a recording.
 pub const MIN_SAMPLES: usize = 4;
-
-/// Units written with more than one `_`-separated part, longest first.
-const COMPOUND_UNITS: [&str; 10] =
-    ["N_s_m", "rad_s2", "rad_s", "deg_s2", "deg_s", "mm_s2", "mm_s", "m_s2", "m_s", "N_m"];
 
 /// What a recording is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,20 +36,6 @@ impl Column {
     pub fn unit(&self) -> &str {
         unit_of(&self.name).unwrap_or("")
     }
-}
-
-/// The unit that a column name ends in, if it ends in one.
-pub(crate) fn unit_of(name: &str) -> Option<&str> {
-    for unit in COMPOUND_UNITS {
-        if let Some(quantity) = name.strip_suffix(unit)
-            && quantity.len() > 1
-            && quantity.ends_with('_')
-        {
-            return name.get(quantity.len()..);
-        }
-    }
-    let (quantity, unit) = name.rsplit_once('_')?;
-    (!quantity.is_empty() && !unit.is_empty()).then_some(unit)
 }
 
 /// Time stamps and the columns measured at them.
@@ -91,7 +73,8 @@ impl Recording {
         self
     }
 
-    /// Samples of the named column; `time_s` names the time.
+    /// Samples of the named column; `time_s` names the time. A column may be called as its file calls it,
+    /// such as `torque_Nm` for `torque_N_m`.
     ///
     /// # Errors
     /// [`Problem::MissingColumn`], listing the columns there are.
@@ -99,7 +82,9 @@ impl Recording {
         if name == TIME_COLUMN {
             return Ok(&self.time_s);
         }
-        match self.columns.iter().find(|column| column.name == name) {
+        let called = |name: &str| self.columns.iter().find(|column| column.name == name);
+        let column = called(name).or_else(|| called(&Heading::parse(name, 1, None).name()?));
+        match column {
             Some(column) => Ok(&column.samples),
             None => {
                 Err(self

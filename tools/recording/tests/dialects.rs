@@ -370,3 +370,20 @@ fn options_overrule_what_is_found() {
     let twice: ColumnChoice = "m_N_m=moment (N*m)*2".parse().unwrap();
     assert_eq!((twice.source.as_str(), twice.scale), ("moment (N*m)", 2.0));
 }
+
+#[test]
+fn a_column_is_found_by_the_name_that_its_file_gives_it() {
+    for (header, name) in [
+        ("torque_Nm", "torque_N_m"),
+        ("torque_command_N.m", "torque_command_N_m"),
+        ("Torque (Nm)", "Torque_N_m"),
+        ("speed [rad/s]", "speed_rad_s"),
+        ("gap µm", "gap_um"),
+        ("speed_rad_s", "speed_rad_s"),
+    ] {
+        let text = format!("time_s,{header}\n0,1\n0.1,2\n0.2,4\n0.3,3\n0.4,5\n");
+        let recording = read(text.as_bytes()).recording;
+        assert_eq!(recording.column(name).unwrap(), recording.column(header).unwrap(), "{header}");
+        assert!(recording.column("pressure_Pa").is_err());
+    }
+}

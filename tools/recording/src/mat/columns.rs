@@ -3,10 +3,10 @@
 use super::error::MatProblem;
 use super::variable::{Value, Variable};
 use crate::channels::{Channel, select};
+use crate::column_name::{TIME_COLUMN, unit_of};
 use crate::csv_reader::Parsed;
 use crate::error::Problem;
 use crate::options::{ColumnChoice, ReadOptions, TimeBase};
-use crate::recording::{TIME_COLUMN, unit_of};
 
 /// Scalars that stand for the time, by convention.
 const INTERVAL: &str = "interval_s";

@@ -1,13 +1,14 @@
 //! From the columns of a table to a recording: which is the time, what the others are called.
 
-use super::heading::Heading;
 use super::spectrum;
 use super::stamps::{self, TimeColumn};
 use crate::channels::{Channel, select};
+use crate::column_name::unit_of;
 use crate::content::{Content, Signals};
 use crate::error::Problem;
+use crate::heading::Heading;
 use crate::options::{ColumnChoice, ReadOptions, TimeBase};
-use crate::recording::{Column, MIN_SAMPLES, TIME_COLUMN, shorten, unit_of};
+use crate::recording::{Column, MIN_SAMPLES, TIME_COLUMN, shorten};
 
 /// The unit of columns that state none.
 const NO_UNIT: &str = "raw";

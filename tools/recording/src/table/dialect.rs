@@ -2,8 +2,8 @@
 
 use super::cells::{Separator, Value, split, value};
 use super::clock;
-use super::heading::are_units;
 use super::lines::{Line, Lines, comment};
+use crate::heading::are_units;
 
 /// Lines from which the dialect is told.
 const LOOKED_AT: usize = 500;

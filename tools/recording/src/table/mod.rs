@@ -8,7 +8,6 @@ mod cells;
 mod clock;
 mod dialect;
 mod encoding;
-mod heading;
 mod lines;
 mod preamble;
 mod rows;
@@ -17,9 +16,9 @@ mod stamps;
 
 pub use cells::Separator;
 
+pub(crate) use crate::heading::Heading;
 pub(crate) use assemble::{Table, assemble};
 pub(crate) use encoding::{decode, is_text};
-pub(crate) use heading::Heading;
 pub(crate) use lines::{Line, Lines};
 
 use crate::content::Content;

@@ -1,9 +1,9 @@
 //! Tables whose first column is a frequency.
 
 use super::assemble::Table;
-use super::heading::Heading;
 use crate::content::{Content, Signals};
 use crate::error::Problem;
+use crate::heading::Heading;
 use crate::recording::MIN_SAMPLES;
 use crate::spectrum::{Spectrum, SpectrumKind, SpectrumValues};
 use crate::unit_label::hertz;

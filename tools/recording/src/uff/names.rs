@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::function::Function;
 use super::units;
-use crate::recording::unit_of;
+use crate::column_name::unit_of;
 
 /// Names of time responses; `None` where no unit is stated. Functions alike in everything that makes up a name are told
 /// apart by their titles or, where these are alike too, by their numbers.

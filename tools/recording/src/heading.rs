@@ -1,6 +1,6 @@
 //! What the header of a column says: what it is, and in which unit.
 
-use crate::recording::{TIME_COLUMN, unit_of};
+use crate::column_name::{TIME_COLUMN, unit_of};
 use crate::unit_label::{enclosed, known, of_label, seconds};
 
 /// The header of one column.
@@ -174,7 +174,7 @@ fn slug(text: &str) -> String {
 }
 
 /// Whether every cell of a row is a unit, in brackets or known, or empty.
-pub(super) fn are_units(cells: &[&str]) -> bool {
+pub(crate) fn are_units(cells: &[&str]) -> bool {
     let is_unit = |cell: &str| known(cell).is_some() || enclosed(cell).is_some_and(|inner| inner.len() < 16);
     let nothing = |cell: &str| cell.is_empty() || matches!(cell, "-" | "--" | "[]" | "()" | "none" | "None");
     cells.iter().any(|cell| is_unit(cell)) && cells.iter().all(|cell| nothing(cell) || is_unit(cell))

@@ -30,7 +30,7 @@ pub fn prove(options: &[&str]) -> Result<(), Failure> {
     bench("stillbeam-prove", options)
 }
 
-/// The same of machines of which nothing is left out (docs/results/nulls.md).
+/// The same of machines of which nothing is left out.
 pub fn nulls(options: &[&str]) -> Result<(), Failure> {
     bench("stillbeam-nulls", options)
 }

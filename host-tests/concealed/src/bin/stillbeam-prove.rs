@@ -8,7 +8,7 @@ use stillbeam_concealed::picture::picture;
 use stillbeam_concealed::real::real;
 use stillbeam_concealed::run::{Bench, run};
 use stillbeam_concealed::score::judge::Mark;
-use stillbeam_concealed::score::page::{Making, page};
+use stillbeam_concealed::score::page::{Making, every_case, page};
 use stillbeam_concealed::score::tables::Tally;
 use stillbeam_concealed::seal::digest;
 
@@ -28,7 +28,7 @@ const USAGE: &str =
   --kind KIND,...   only the cases of these kinds (visible, absorbed, buried, masked, null, decoy, outside); no page then
   --case N,...      only the cases of these numbers; no page then
   --resume          keep the scores that are there
-  --page FILE.md    write the results page
+  --page FILE.md    write the results page, and every case to FILE.csv beside it
   --least-right N   fail when fewer answers are right
   --minutes M       begin no case after so many minutes, and make the page of those that were scored; 0: of what is there
   --peers FILE      a section to put at the end of the page (host-tests/peers/run_diagnosis)
@@ -125,7 +125,9 @@ fn bench() -> Result<(), String> {
         tool_version: String::from_utf8_lossy(&version.stdout).trim().to_owned(),
         tool_digest: digest(&program),
     };
-    let mut text = page(&making, &scores);
+    let table = page_file.as_deref().unwrap_or(Path::new("proof.md")).with_extension("csv");
+    let name = table.file_name().unwrap_or_default().to_string_lossy();
+    let mut text = page(&making, &scores, &name);
     if let Some(file) = peers {
         let section =
             std::fs::read_to_string(&file).map_err(|error| format!("{}: {error}", file.display()))?;
@@ -133,6 +135,9 @@ fn bench() -> Result<(), String> {
     }
     if is_whole {
         publish(page_file.as_deref(), &text)?;
+        if page_file.is_some() {
+            publish(Some(&table), &every_case(&scores))?;
+        }
     }
     let tally = Tally::of(&scores);
     let (right, wrong) = (tally.count(Mark::Right), tally.count(Mark::Wrong));

@@ -36,7 +36,7 @@ pub fn real(
     let mut page = String::from(
         "# Recordings of real machines: what `stillbeam diagnose` says\n\n\
          Made by `cargo xtask prove --real DATA --page docs/results/real.md`, DATA a folder with the published recordings as CSV. Nothing below is known to be complete: \
-         unlike in the [concealed cases](proof.md), nobody knows the truth. Why targets are missed: [causes](proof_causes.md).\n",
+         unlike in the [concealed cases](proof.md), nobody knows the truth. Why targets are missed: [known limits](../known-limits.md#real-machines).\n",
     );
     for machine in MACHINES.iter().filter(|machine| only.is_none_or(|only| only == machine.name)) {
         let folder = out.join(machine.name);

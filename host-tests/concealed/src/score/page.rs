@@ -25,16 +25,15 @@ pub struct Making {
     pub tool_digest: String,
 }
 
-/// The page in Markdown; scores in the order of their numbers.
-pub fn page(making: &Making, scores: &[Score]) -> String {
+/// The page in Markdown; scores in the order of their numbers. `table` is the file with every case ([`every_case`]).
+pub fn page(making: &Making, scores: &[Score], table: &str) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
     let _ = head(&mut text, making, scores);
-    let _ = failures(&mut text, scores);
+    let _ = failures(&mut text, scores, table);
     let _ = marks(&mut text, scores);
     let _ = numbers(&mut text, scores);
     let _ = matrix(&mut text, scores);
-    let _ = list(&mut text, scores);
     text
 }
 
@@ -73,7 +72,7 @@ fn head(text: &mut String, making: &Making, scores: &[Score]) -> std::fmt::Resul
     Ok(())
 }
 
-fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
+fn failures(text: &mut String, scores: &[Score], table: &str) -> std::fmt::Result {
     text.push_str("\n## What it fails at\n\n");
     let bad = |mark: Mark| scores.iter().filter(|score| score.mark == mark).count();
     let in_catalogue = |law: &str| scores.iter().any(|score| score.truth.iter().any(|each| each == law));
@@ -100,7 +99,10 @@ fn failures(text: &mut String, scores: &[Score]) -> std::fmt::Result {
             String::new()
         }
     )?;
-    text.push_str("Why, case by case, as far as it is known: [causes](proof_causes.md).\n\n");
+    writeln!(
+        text,
+        "Why, by cause: [known limits](../known-limits.md). Every case, with what was there and what was said: [{table}]({table}).\n"
+    )?;
     let never: Vec<String> = by_law(scores)
         .into_iter()
         .filter(|(law, _)| in_catalogue(law))
@@ -234,27 +236,32 @@ fn matrix(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     Ok(())
 }
 
-fn list(text: &mut String, scores: &[Score]) -> std::fmt::Result {
-    text.push_str(
-        "\n## Every case\n\n\"Left\": what a linear refit leaves of the truth, over the noise. The commitment's first digits.\n\n\
-         | case | kind | machine | left | there | answer | mark | s | commitment |\n|---|---|---|---|---|---|---|---|---|\n",
-    );
+/// Every case as CSV: `left_over_noise` is what a linear refit leaves of the truth, over the noise; of the commitment the first digits.
+pub fn every_case(scores: &[Score]) -> String {
+    let mut text =
+        String::from("case,kind,machine,left_over_noise,there,answer,mark,processor_s,commitment\n");
     for score in scores {
         let said = if score.named.is_empty() { score.verdict.clone() } else { names(&score.named) };
-        writeln!(
-            text,
-            "| {} | {} | {} | {:.1} | {} | {said} | {} | {:.0} | `{}` |",
-            score.number,
-            score.concealment.word(),
-            score.machine,
-            score.left_over_noise,
+        let cells = [
+            score.number.to_string(),
+            score.concealment.word().to_owned(),
+            score.machine.clone(),
+            format!("{:.1}", score.left_over_noise),
             there(score),
-            score.mark.words(),
-            score.seconds,
-            &score.commitment[..score.commitment.len().min(8)],
-        )?;
+            said,
+            score.mark.words().to_owned(),
+            format!("{:.0}", score.seconds),
+            score.commitment[..score.commitment.len().min(8)].to_owned(),
+        ];
+        text.push_str(&cells.map(|cell| quoted(&cell)).join(","));
+        text.push('\n');
     }
-    Ok(())
+    text
+}
+
+/// A cell of a CSV file.
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
 }
 
 fn names(laws: &[String]) -> String {
@@ -299,7 +306,7 @@ mod tests {
         let mut wrong = score(Concealment::Outside, &[], &["coulomb_friction at tip"], Mark::Wrong);
         wrong.verdict = "improved".to_owned();
         wrong.outside = vec!["outside:loaded_friction at beam".to_owned()];
-        let page = page(&making(), &[wrong]);
+        let page = page(&making(), &[wrong], "proof.csv");
         assert!(
             page.contains("0: coulomb_friction at tip for outside:loaded_friction at beam (improved)"),
             "{page}"
@@ -311,7 +318,7 @@ mod tests {
         let mut far = score(Concealment::Visible, &["delay at sensor"], &["delay at sensor"], Mark::Right);
         far.held_out = vec![held_out(1.5e-4)];
         let near = Score { number: 7, held_out: vec![held_out(1.1e-4)], ..far.clone() };
-        let page = page(&making(), &[far, near]);
+        let page = page(&making(), &[far, near], "proof.csv");
         assert!(
             page.contains(
                 "0: tip_deflection_m with delay at sensor: 1.50 times the floor, a linear refit 4.0"
@@ -319,5 +326,18 @@ mod tests {
             "{page}"
         );
         assert!(!page.contains("7: tip_deflection_m"), "{page}");
+    }
+
+    #[test]
+    fn a_case_is_a_row_whose_cells_are_quoted_where_they_have_a_comma() {
+        let mut one = score(Concealment::Visible, &["delay at sensor"], &[], Mark::Unexplained);
+        one.machine = "beam, base motion measured".to_owned();
+        one.verdict = "unexplained".to_owned();
+        let table = every_case(&[one]);
+        let (head, row) = table.split_once('\n').unwrap_or_default();
+        assert_eq!(head.matches(',').count(), 8);
+        assert!(row.contains("visible,\"beam, base motion measured\","), "{row}");
+        assert!(row.contains(",delay at sensor,unexplained,unexplained,"), "{row}");
+        assert!(page(&making(), &[], "proof.csv").contains("[proof.csv](proof.csv)"));
     }
 }

@@ -149,7 +149,7 @@ def render(ours, results, seconds):
     lines += [
         "",
         "What a transform of the whole record gets wrong is leakage, not noise: for most of the rows of sdypy-EMA 45 dB is no better than 25 dB. "
-        "Why the local rational method does not suffer from it: docs/derivations.md, classical methods. Where it fails, at 6.9 Hz in exponential sweeps with much "
+        "Why the local rational method does not suffer from it: docs/derivations/identification.md, classical methods. Where it fails, at 6.9 Hz in exponential sweeps with much "
         "noise, the sweep passes the mode within the last three seconds of the record.",
         "",
     ]

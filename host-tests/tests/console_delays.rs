@@ -142,7 +142,7 @@ fn the_setpoint_of_a_steady_motion_is_behind_by_the_printed_delay() {
 fn after_a_live_change_the_setpoint_is_behind_by_delay_and_lag_and_info_says_both() {
     let off = || vec!["shaper off".to_owned()];
     let correction = || vec!["set mode1.frequency_hz 1.15".to_owned(), "apply".to_owned()];
-    // What the changes cost: docs/derivations.md gives the last two.
+    // What the changes cost: docs/derivations/handover.md gives the last two.
     for (changes, lags_ms) in [
         (vec![off()], [1364.25].as_slice()),
         (vec![correction()], &[59.5]),

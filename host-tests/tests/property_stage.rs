@@ -36,7 +36,7 @@ fn grid() -> impl Iterator<Item = (f64, f64, ShaperType, TickRate)> {
 const ROUNDING: f64 = MAX_TAPS as f64 / WEIGHT_ONE as f64;
 
 /// How much less of a frequency `ratio` times the mode's an impulse may pass when it is split over two ticks:
-/// the interpolation bound of docs/derivations.md, as a fraction of the impulse.
+/// the interpolation bound of docs/derivations/shapers.md, as a fraction of the impulse.
 fn split_bound(frequency_hz: f64, damping_ratio: f64, rate: TickRate, ratio: f64) -> f64 {
     let per_tick = std::f64::consts::TAU * frequency_hz * rate.period_s();
     let root_squared = 1.0 - damping_ratio * damping_ratio;

@@ -8,7 +8,7 @@
 //! Its differences are the boxes': velocity at most D/C per tick, acceleration D/(B C), jerk D/(A B C) where C ≥ A + B. With A = 1 it is
 //! a trapezoid. The quickest move within limits of velocity, acceleration and jerk has seven
 //! segments of constant jerk, and each of its degenerate forms is such a convolution too: B = A without a segment of
-//! constant acceleration, C = A + B without one of constant velocity (docs/derivations.md).
+//! constant acceleration, C = A + B without one of constant velocity (docs/derivations/motions.md).
 //!
 //! T is counted exactly, so nothing drifts however long the move takes. It is counted in units that make A B C fill 64 bits,
 //! so one multiplication by a factor computed with the plan gives the position.

@@ -3,7 +3,7 @@
 //! A shaper with taps w(k) makes s(n) = Σ w(k) c(n − k) of the command c, and every difference of s is the same sum of c's: with G = Σ |w(k)|,
 //! the setpoint's velocity, acceleration and jerk are at most G times the command's, and its positions leave
 //! the command's by at most (G − 1)/2 of their span on either side. Taps that are not negative and sum to one have G = 1: the
-//! limits of the command are those of the setpoint (docs/derivations.md).
+//! limits of the command are those of the setpoint (docs/derivations/motions.md).
 
 use super::{MotionError, Profile};
 use crate::units::{Nanometres, TickRate};

@@ -2,7 +2,7 @@
 //!
 //! With the jerk j of the piece, tick by tick: a += j, v += a, x += v. All are in units of 2⁻³⁸ nm per tick³, tick² and tick, and nothing is
 //! rounded: x keeps what is finer than a [`FinePosition`]. So host and board have the same positions to the last bit, and what
-//! rounding the jerks did is known to whoever chose them (docs/derivations.md, "Uploaded commands").
+//! rounding the jerks did is known to whoever chose them (docs/derivations/motions.md, "Uploaded commands").
 
 use heapless::Vec;
 

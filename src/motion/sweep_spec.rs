@@ -73,7 +73,7 @@ impl SweepSpec {
     pub const TAPER_S: f64 = 0.5;
 
     /// How much farther than its amplitude a sweep may go when it is stopped half-way: 3.6 % where the limit of jerk
-    /// binds (docs/derivations.md), and a little for the fade.
+    /// binds (docs/derivations/motions.md), and a little for the fade.
     pub const STOP_REACH: f64 = 1.05;
 
     /// How long the sweep takes, in seconds.

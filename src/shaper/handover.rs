@@ -5,8 +5,9 @@
 //! it. Each part is shaped by one whole shaper, so neither leaves vibration at the modes its shaper was designed for,
 //! nothing jumps, speeds change gradually, and once the old cascade has run out it contributes a constant, the origin of
 //! the new one. With the lag and the fade of a [`super::Transition`] the setpoint never moves faster than the command has, and it stays
-//! between the ends of a monotonic command (docs/derivations.md). A command that reverses meanwhile could overshoot its own
-//! range, which is why [`crate::control`] takes tables at rest and during moves, not during sweeps.
+//! between the ends of a monotonic command (docs/derivations/handover.md). A command that reverses meanwhile
+//! could overshoot its own range, which is why [`crate::control`] takes tables at rest and during moves, not
+//! during sweeps.
 
 use super::cascade::Cascade;
 use super::transition::{Fade, Share};

@@ -4,7 +4,7 @@
 //! the two ticks around it with weights that are right for the mode's pole (`tick_grid`, which has the
 //! formulas). At the mode ZV, ZVD, ZVDD, ZVDDD, EI2 and MZV leave nothing but rounding at every tick rate, EI
 //! and EI3 at most what their impulses leave; all go to their impulses as the ticks get finer
-//! (docs/derivations.md).
+//! (docs/derivations/shapers.md).
 
 use heapless::Vec;
 

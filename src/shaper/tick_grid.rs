@@ -12,7 +12,7 @@
 //!
 //! Both are non-negative. Their sum is A at φ = 0 and above A in between, so scaling all weights to the sum
 //! one leaves a little less of the mode than the impulses do, and nothing where they leave nothing. The
-//! proofs and bounds are in docs/derivations.md.
+//! proofs and bounds are in docs/derivations/shapers.md.
 //!
 //! ZV is the split of its two impulses too: a trinomial with a zero at p. Its powers are what ZVD, ZVDD and
 //! ZVDDD become, rather than the split of their own impulses: the zero then is double, triple and quadruple,

@@ -3,8 +3,8 @@
 //! The command's motion is given to the new table little by little, over F ticks, and the new table looks D ticks further back than it
 //! would at rest. What the setpoint moves in a tick is then a weighted mean of what the command moves, weights of the two tables
 //! together never being more than one: where the new table delays less than the old one, the difference is not made up while the
-//! command moves. docs/derivations.md proves it from the two orders that [`suffices`] checks stage by stage, and they carry over to
-//! the sums of the stages' delays, that is to whole shapers.
+//! command moves. docs/derivations/handover.md proves it from the two orders that [`suffices`] checks stage
+//! by stage, and they carry over to the sums of the stages' delays, that is to whole shapers.
 
 use super::stage::{StageTaps, Tap, WEIGHT_ONE};
 use super::table::ShaperTable;

@@ -61,7 +61,7 @@ impl Sweep {
 
     /// Bounds of velocity, acceleration and jerk of E sin φ at this frequency, by metre of amplitude: the envelope E fades by the
     /// board's smooth step of the fifth degree and, of a force, falls with the square of the frequency
-    /// (docs/derivations.md, "Sweeps").
+    /// (docs/derivations/motions.md, "Sweeps").
     fn derivatives(&self, hz: f64, falls_with_square: bool) -> [f64; 3] {
         let omega = TAU * hz;
         let growth = if self.exponential {

@@ -2,7 +2,7 @@
 //!
 //! A base of moved mass m that slides against friction c forgets its velocity with exp(-t c / m). A beam on it feels that as
 //! one first-order response, 1 / (s + rate), beside its modes; the modes themselves then no longer move in phase, which
-//! gives each a share in proportion to the rate of its coordinate (docs/derivations.md).
+//! gives each a share in proportion to the rate of its coordinate (docs/derivations/identification.md).
 
 use rustfft::num_complex::Complex64;
 

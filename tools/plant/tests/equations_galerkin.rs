@@ -160,9 +160,10 @@ fn equation_20_is_the_weak_form_where_the_section_is_smooth_and_loses_the_corner
     assert!((strong / swapped - 1.0).abs() > 0.01, "{strong} {swapped}");
 }
 
-/// Rows of the table in docs/derivations.md, "Convergence": functions, then relative error of the first and the second
-/// frequency for: the shipped beam with its base held; a beam tapered two to one in width and thickness, held; the same
-/// on a base of 0.05 kg, in clamped functions; the same in the paper's own functions. NaN where there is none.
+/// Rows of the table in docs/derivations/beam.md, "Convergence": functions, then relative error of the first
+/// and the second frequency for: the shipped beam with its base held; a beam tapered two to one in width and
+/// thickness, held; the same on a base of 0.05 kg, in clamped functions; the same in the paper's own
+/// functions. NaN where there is none.
 const CONVERGENCE: [(usize, [f64; 8]); 5] = [
     (1, [3.2e-4, f64::NAN, 5.2e-2, f64::NAN, 9.2e-2, f64::NAN, 6.1e-2, f64::NAN]),
     (2, [2.3e-6, 1.2e-3, 9.6e-4, 9.0e-2, 1.8e-3, 1.5e-1, 9.7e-4, 9.7e-2]),

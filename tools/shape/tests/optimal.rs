@@ -176,7 +176,8 @@ fn random_requests_hold_their_tolerance_everywhere_in_the_boxes() {
     }
 }
 
-/// The residual is largest on the edge of a box (docs/derivations.md), so searching the edge is enough.
+/// The residual is largest on the edge of a box (docs/derivations/shortest.md), so searching the edge is
+/// enough.
 #[test]
 fn the_inside_of_a_box_is_never_worse_than_its_edge() {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(3);

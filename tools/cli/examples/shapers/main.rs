@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         format!(
             "Made by `cargo run --profile host -p stillbeam --example shapers {board} > docs/results/shapers.md`, the picture by `... --example shapers picture > docs/results/shapers.svg`.\n\
              Two modes, 1.1 Hz (damping ratio 0.0074) and 6.9 Hz (0.0033), at 4 kHz. Residual: vibration that is left, as a fraction of\n\
-             what the unshaped command leaves (docs/derivations.md). Weights are not negative unless it says so.\n"
+             what the unshaped command leaves (docs/derivations/shapers.md). Weights are not negative unless it says so.\n"
         ),
         rows::section(&board)?,
         rows::negative_section()?,

@@ -140,7 +140,8 @@ fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode, shorter_s: f64
 
 /// Weighted by inverse variances: to first order what one fit of all decays gives, whose sum of squares is the sum of
 /// the single ones, each a parabola around its own minimum, every decay with its own amplitudes, offset and noise
-/// (docs/derivations.md; `tests/decays_together.rs` makes that fit). The plain mean when none has a finite one.
+/// (docs/derivations/identification.md; `tests/decays_together.rs` makes that fit). The plain mean when none
+/// has a finite one.
 fn weighted_mean(estimates: impl Iterator<Item = Estimate> + Clone) -> Estimate {
     let weight = |estimate: &Estimate| estimate.stderr.powi(-2);
     let total: f64 = estimates.clone().map(|estimate| weight(&estimate)).sum();

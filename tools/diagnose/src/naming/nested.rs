@@ -294,7 +294,7 @@ pub(crate) fn contains(rich: &str, simple: &str) -> bool {
 const SAME_BOTH_WAYS: f64 = 0.2;
 /// Share of the separation from which a richer law is published beside the one that it contains. Chosen on cases whose truth is dry friction
 /// or a steady force, where richer laws that are not there were better by up to 0.36 of it; it does not catch all that are there: see
-/// docs/derivations.md.
+/// docs/derivations/diagnosis.md.
 const LIKELIER: f64 = 0.5;
 /// Mean of friction that a steady force may be part of, in steady forces.
 const MOSTLY: f64 = 1.5;

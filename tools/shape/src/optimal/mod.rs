@@ -12,7 +12,7 @@
 //! | a request and its answer, judged as the board's integers | `request` |
 //! | what an infeasible request lacks | `infeasible` |
 //!
-//! docs/derivations.md has the proofs.
+//! docs/derivations/shortest.md has the proofs.
 
 pub(crate) mod boundary;
 mod fixed_duration;

@@ -8,7 +8,8 @@
 //! | its jerks in the integers of the board | `rounded`, `board_plan`, `plan_file` |
 //! | the command at every tick, in nanometres, and what it leaves | `played` |
 //!
-//! Corners are at whole ticks and the programme is about the sums that the board makes, so nothing is interpolated. docs/derivations.md has the formulas.
+//! Corners are at whole ticks and the programme is about the sums that the board makes, so nothing is
+//! interpolated. docs/derivations/shortest.md has the formulas.
 
 mod board_plan;
 mod plan_file;

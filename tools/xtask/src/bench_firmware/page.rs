@@ -16,6 +16,9 @@ const TAPS: [(&str, u32); 7] = [
     ("flat, 64 one by one", 64),
 ];
 
+/// What was tried to make the tick and the image smaller, written by hand.
+const TRIED: &str = include_str!("tried.md");
+
 /// The page, in Markdown.
 pub fn page(numbers: &Numbers) -> String {
     let mut text = String::from(
@@ -61,7 +64,7 @@ pub fn page(numbers: &Numbers) -> String {
             masked.places, masked.sections, masked.longest
         );
     }
-    text
+    text + TRIED
 }
 
 /// What shaping adds.

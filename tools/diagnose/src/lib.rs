@@ -30,6 +30,7 @@ mod diagnosis;
 mod drawn_error;
 mod error;
 mod fit;
+mod held_command;
 mod horizon;
 mod input_noise;
 mod intervals;

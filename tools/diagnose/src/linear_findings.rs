@@ -33,19 +33,20 @@ pub(crate) fn as_linear(
     let refitted = compared.refitted.hypothesis.without_laws();
     let others = others_between(study, model);
     let as_guessed = std::iter::once((study.clone(), None));
-    let guesses = as_guessed.chain(
-        others.into_iter().filter_map(|(between, words)| Some((study.between(between, model)?, Some(words)))),
-    );
-    for (guess, words) in guesses {
-        let with_modes = guess.with_remainders(&refitted.model).map(|wider| (wider, Some(MODES_BEYOND)));
-        let alone = words.map(|_| (guess, None));
-        for (mut wider, modes) in alone.into_iter().chain(with_modes) {
-            let freed = compare_from(&mut wider, &given, compared)?;
-            wider.draw_input_errors(&freed.refitted);
-            if is_adequate(&wider.adequacies(&freed.refitted_on_all, &freed.floors), options) {
-                wider.caps.extend(words.into_iter().chain(modes).map(str::to_owned));
-                return Ok(Some((wider, freed)));
-            }
+    let others =
+        others.into_iter().filter_map(|(between, words)| Some((study.between(between, model)?, Some(words))));
+    let guesses: Vec<(Study, Option<&str>)> = as_guessed.chain(others).collect();
+    // What says least comes first: another guess of the input, then further modes, then both.
+    let alone = guesses.iter().skip(1).map(|(guess, words)| (guess.clone(), *words, None));
+    let with_modes = guesses.iter().filter_map(|(guess, words)| {
+        Some((guess.with_remainders(&refitted.model)?, *words, Some(MODES_BEYOND)))
+    });
+    for (mut wider, words, modes) in alone.chain(with_modes) {
+        let freed = compare_from(&mut wider, &given, compared)?;
+        wider.draw_input_errors(&freed.refitted);
+        if is_adequate(&wider.adequacies(&freed.refitted_on_all, &freed.floors), options) {
+            wider.caps.extend(words.into_iter().chain(modes).map(str::to_owned));
+            return Ok(Some((wider, freed)));
         }
     }
     Ok(None)

@@ -174,7 +174,7 @@ impl Stack<'_> {
         let record = self.records[index];
         let mut columns = Vec::new();
         for (which, output) in record.outputs.iter().enumerate() {
-            if hypothesis.zero_is_known(&output.column) {
+            if output.zero.is_some() || hypothesis.zero_is_known(&output.column) {
                 continue;
             }
             let outputs = record.outputs.iter().enumerate();

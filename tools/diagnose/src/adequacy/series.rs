@@ -5,6 +5,7 @@ use stillbeam_identify::tall::dot;
 use super::input_error::{InputError, Spread};
 use super::regression::{Column, Regressed};
 use super::{Adequacy, Found};
+use crate::input_noise::flat_power;
 use crate::statistics::autoregression::Autoregression;
 use crate::statistics::distributions::chi_squared_tail;
 use crate::statistics::spectral_line::{Line, strongest_line};
@@ -87,7 +88,8 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
     let [own, floors] = [count, floor_count].map(|count| 2.0 / colour.effective_count(count));
     let rings = if floor > 0.0 { by_error.deviation / floor } else { 0.0 };
     let scatter = (own + floors + rings * rings).sqrt();
-    let tests = Tests::of(series, floor).beyond_input_errors(series, floor);
+    let noise_power = own_noise(series.residual, by_error.mean).map_or(floor, |own| own.min(floor));
+    let tests = Tests::of(series, noise_power).beyond_input_errors(series, noise_power);
     Adequacy {
         power_ratio,
         power_z: (power_ratio - 1.0) / scatter,
@@ -97,6 +99,14 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
         line: tests.line,
         whiteness_p: whiteness(series.residual),
     }
+}
+
+/// Power of the noise that a residual shows by itself, beside what errors of the input do: a floor that was
+/// seen in what a wrong model leaves has the wrong model in it, and what goes with the motion is to be judged
+/// by noise. `None` where the residual is too short to show it.
+fn own_noise(residual: &[f64], by_input_errors: f64) -> Option<f64> {
+    let white = flat_power(residual);
+    (white > 0.0).then_some(white + by_input_errors)
 }
 
 /// Number of samples of one window: two seconds or four periods of the slowest mode, at most a tenth of the

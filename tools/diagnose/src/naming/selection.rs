@@ -121,8 +121,12 @@ impl Search<'_> {
             let richer = || self.richer_in_place(&chosen, &tried);
             let found = self.simplest_of_the_best(&tried).or_else(richer);
             let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
-                if self.is_over() && !chosen.laws.is_empty() {
-                    left_out.push("further laws");
+                if self.is_over() {
+                    left_out.push(if chosen.laws.is_empty() {
+                        "all laws that may be missing"
+                    } else {
+                        "further laws"
+                    });
                 }
                 break;
             };

@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
-use stillbeam_plant::Model;
+use stillbeam_plant::{Hold, Model};
 use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
 use crate::comparison::{Compared, compare, on_everything, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
+use crate::held_command::{likelier, may_be_held};
 use crate::intervals::precision;
 use crate::linear_findings::as_linear;
 use crate::linear_ties::tie;
@@ -30,7 +31,7 @@ use crate::result::{
 };
 use crate::simulation::Hypothesis;
 use crate::study::Study;
-use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict};
+use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict, waiting};
 use crate::visible::smallest_visible;
 use crate::wording::sizes;
 
@@ -60,6 +61,35 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
     let patience = Patience::new(options);
+    let found = diagnosed((model, recordings, held_out), options, patience, progress)?;
+    let found = if !patience.is_over() && may_be_held(model, recordings, &found) {
+        let mut say = |told: &Progress| {
+            let step = format!("with the command held between samples: {}", told.step);
+            progress(&Progress { step, done: told.done.max(LAST_STEP) });
+        };
+        let held = model.with_hold(Hold::ZeroOrder);
+        let held = diagnosed((&held, recordings, held_out), options, patience, &mut say);
+        // A command that cannot be simulated held is none.
+        match held {
+            Ok(held) => likelier(found, held, model),
+            Err(_) => found,
+        }
+    } else {
+        found
+    };
+    Ok(Diagnosis { seconds: started.elapsed().as_secs_f64(), ..found })
+}
+
+/// Share of the work done when the last step begins.
+const LAST_STEP: f64 = 0.98;
+
+/// The same with the command between its samples as the model says.
+fn diagnosed(
+    (model, recordings, held_out): (&Model, &[Recording], &[Recording]),
+    options: &Options,
+    patience: Patience,
+    progress: &mut dyn FnMut(&Progress),
+) -> Result<Diagnosis, DiagnoseError> {
     let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
     say("reading the recordings", 0.0);
     let mut study = Study::new(model, recordings, held_out)?;
@@ -208,7 +238,10 @@ pub fn diagnose(
     } else {
         Vec::new()
     };
-    let said = sentence(verdict, &effects, &unconfirmed, &fit, (rest, !selection.rivals.is_empty()));
+    let waiting =
+        if selection.left_out.is_empty() { Vec::new() } else { waiting(&selection, candidates, options) };
+    let found = (&effects[..], &unconfirmed[..], &waiting[..]);
+    let said = sentence(verdict, found, &fit, (rest, !selection.rivals.is_empty()));
     Ok(Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
@@ -249,7 +282,7 @@ pub fn diagnose(
         },
         set_aside: study.set_aside.clone(),
         controls: None,
-        seconds: started.elapsed().as_secs_f64(),
+        seconds: 0.0,
         overlays: overlays(
             &study,
             &columns,
@@ -288,8 +321,7 @@ fn bounded(excess: f64) -> String {
 /// The verdict in words, with the numbers of the first output that was recorded.
 fn sentence(
     verdict: Verdict,
-    effects: &[Effect],
-    unconfirmed: &[String],
+    (effects, unconfirmed, waiting): (&[Effect], &[String], &[String]),
     fit: &Fits,
     (rest, is_tied): (Rest, bool),
 ) -> String {
@@ -302,8 +334,9 @@ fn sentence(
         let values = [fits.given.rms, fits.refitted_linear.rms, last.rms, fits.given.noise_floor];
         let ([given, refitted, extended, noise], unit) = sizes(values, &pooled.output);
         let extended = fits.extended.map_or_else(String::new, |_| format!(" to {extended} {unit} with it"));
+        let goes = if last.rms <= fits.given.rms { "falls" } else { "rises" };
         format!(
-            "The {role} error of {} falls from {given} as given to {refitted} refitted{extended}, the noise being {noise} {unit}.",
+            "The {role} error of {} {goes} from {given} as given to {refitted} refitted{extended}, the noise being {noise} {unit}.",
             pooled.output
         )
     });
@@ -323,6 +356,10 @@ fn sentence(
             "Something is missing, and the recordings do not settle what: {} would explain those trained on, and those held out neither confirm \
              nor contradict it. {numbers}",
             unconfirmed.join(" or ")
+        ),
+        Verdict::Unexplained if !waiting.is_empty() => format!(
+            "Something is missing, and the search was ended before it was done: {} showed and were not tried to the end. {numbers}",
+            waiting.join(", ")
         ),
         Verdict::Unexplained => {
             format!("Something is missing that no law of the catalogue explains. {numbers}")
@@ -392,7 +429,7 @@ mod tests {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
         let said = |verdict: Verdict, unconfirmed: &[&str]| {
             let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
-            sentence(verdict, &[], &unconfirmed, &fit, (Rest::Structured, false))
+            sentence(verdict, (&[], &unconfirmed, &[]), &fit, (Rest::Structured, false))
         };
         let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
         assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");
@@ -401,13 +438,21 @@ mod tests {
     }
 
     #[test]
+    fn a_search_that_a_limit_ended_does_not_say_that_no_law_explains() {
+        let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
+        let waiting = ["saturation at drive".to_owned()];
+        let said = sentence(Verdict::Unexplained, (&[], &[], &waiting), &fit, (Rest::Structured, false));
+        assert!(said.contains("saturation at drive") && !said.contains("no law"), "{said}");
+    }
+
+    #[test]
     fn what_remains_is_said_to_be_the_machines_own_or_not() {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
-        let said = |rest: Rest| sentence(Verdict::Improved, &[], &[], &fit, (rest, false));
+        let said = |rest: Rest| sentence(Verdict::Improved, (&[], &[], &[]), &fit, (rest, false));
         assert!(said(Rest::Foreign).contains("does not go with the motion"));
         assert!(said(Rest::Structured).contains("A structured rest remains"));
         assert!(!said(Rest::Noise).contains("remain"), "time ended the search, and nothing is left");
-        let tied = sentence(Verdict::Improved, &[], &[], &fit, (Rest::Structured, true));
+        let tied = sentence(Verdict::Improved, (&[], &[], &[]), &fit, (Rest::Structured, true));
         assert!(tied.contains("A structured rest remains. Other laws would take as much away"), "{tied}");
     }
 }

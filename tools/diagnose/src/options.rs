@@ -28,10 +28,10 @@ pub struct Options {
     /// What the machine can do, for the same proposals; `None` where that is not known. Of a force it is
     /// asked of the mass that the model says is pushed, and of nothing where the model has no masses.
     pub limits: Option<MachineLimits>,
-    /// Seconds after which no further search is begun: for more laws, for others in their place, for laws
-    /// that would do as well. Fits under way end where they are a fifth of that later (a second, if that is
-    /// more); judging and locating take somewhat longer. A search that was ended says so in the caps and
-    /// comes to no verdict more certain than the whole would have. `None`: no end.
+    /// Seconds after which no further search is begun: for laws, for others in their place, for laws that
+    /// would do as well. Fits under way end where they are a fiftieth of that later (a fifth of a second, if
+    /// that is more); judging and locating take somewhat longer. A search that was ended says so in the caps
+    /// and comes to no verdict more certain than the whole would have. `None`: no end.
     pub time_limit_s: Option<f64>,
     /// The same in processor seconds of the whole process, so that a busy computer changes no answer; by the
     /// clock where the system does not tell them. `None`: no end.

@@ -20,8 +20,8 @@ pub(crate) struct Patience {
 }
 
 /// What was begun may go on for this share of the limit, and this long where the limit is short.
-const GRACE: f64 = 0.2;
-const LEAST_GRACE_S: f64 = 1.0;
+const GRACE: f64 = 0.02;
+const LEAST_GRACE_S: f64 = 0.2;
 
 impl Patience {
     /// Begins now.
@@ -60,7 +60,8 @@ fn has_had(limit_s: f64) -> bool {
     processor_seconds().is_some_and(|had| had >= limit_s)
 }
 
-/// Processor time that this process has had so far, all threads together; `None` where the system does not tell.
+/// Processor time that this process has had so far, all threads together; `None` where the system does not
+/// tell.
 fn processor_seconds() -> Option<f64> {
     let text = fs::read_to_string("/proc/self/stat").ok()?;
     // After the name, which is in brackets and may hold anything, user and system time are the 12th and 13th.

@@ -24,6 +24,13 @@ const BEYOND: f64 = 1.6;
 /// Radians that the fastest motion in the band turns in a sub-step of the forces.
 const RADIANS_PER_STEP: f64 = 0.1;
 
+/// The input stands still while it is within this share of its greatest change.
+const STILL: f64 = 1e-3;
+/// Readings of a machine at rest stay within this share of their largest, ...
+const AT_REST: f64 = 0.02;
+/// ... and show a zero other than nothing where they are so many.
+const ENOUGH_AT_REST: usize = 10;
+
 /// One output of one recording.
 #[derive(Debug, Clone)]
 pub(crate) struct OutputSignal {
@@ -37,6 +44,8 @@ pub(crate) struct OutputSignal {
     pub(crate) samples: Vec<f64>,
     /// The step that they come in, if they do.
     pub(crate) step: Option<ReadingStep>,
+    /// What the sensor reads where nothing moves, if the recording shows it; taken off the samples already.
+    pub(crate) zero: Option<f64>,
 }
 
 impl OutputSignal {
@@ -45,7 +54,30 @@ impl OutputSignal {
         let at: Vec<usize> = (0..all.len()).filter(|&k| all[k].is_finite()).collect();
         let samples: Vec<f64> = at.iter().map(|&k| all[k]).collect();
         let step = ReadingStep::of(&samples);
-        Some(Self { index, column: column.to_owned(), at, samples, step })
+        Some(Self { index, column: column.to_owned(), at, samples, step, zero: None })
+    }
+
+    /// With the zero that a velocity's readings show, taken off: they begin at rest, before the input leaves
+    /// its first value. An unknown zero beside an unknown first speed takes up what always brakes in one
+    /// direction, dry friction above all; what a sensor reads at rest is no unknown.
+    fn with_zero_seen(self, input: &[f64]) -> Self {
+        let away = |value: &f64| (value - input[0]).abs();
+        let most = input.iter().map(away).fold(0.0, f64::max);
+        let still = input.iter().take_while(|value| away(value) <= STILL * most).count();
+        let seen: Vec<f64> = self.samples[..self.at.partition_point(|stamp| *stamp < still)].to_vec();
+        let reach = self.samples.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        let rests = |values: &[f64]| {
+            let spread = values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+                - values.iter().copied().fold(f64::INFINITY, f64::min);
+            !values.is_empty() && spread < AT_REST * reach
+        };
+        let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+        // A few samples show rest only where they are nothing.
+        if !rests(&seen) || (seen.len() < ENOUGH_AT_REST && mean.abs() > AT_REST * reach) {
+            return self;
+        }
+        let samples = self.samples.iter().map(|value| value - mean).collect();
+        Self { samples, zero: Some(mean), ..self }
     }
 
     /// Without the samples for which `aside` holds; they are told apart by their place in `samples`.
@@ -101,7 +133,14 @@ impl Record {
                 Some(samples.to_vec())
             }
         };
-        let outputs = outputs_of(recording, model)?;
+        let mut outputs = outputs_of(recording, model)?;
+        if let Some(input) = input.as_deref().filter(|_| !model.input_is_motion()) {
+            let is_velocity = |output: &OutputSignal| model.output_is_velocity(output.index);
+            let seen = |output: OutputSignal| {
+                if is_velocity(&output) { output.with_zero_seen(input) } else { output }
+            };
+            outputs = outputs.into_iter().map(seen).collect();
+        }
         for output in &outputs {
             check_output(recording, output, slowest_hz)?;
         }
@@ -124,6 +163,30 @@ impl Record {
             outputs,
             remainder: Vec::new(),
         })
+    }
+
+    /// The same with every `nth` sample of its outputs; the input is followed at its own rate. Nothing is
+    /// filtered: what a sensor did to a sample it did to those that are kept. The same where an output has
+    /// samples of its own times.
+    pub(crate) fn thinned(&self, nth: usize) -> Self {
+        let is_full = |output: &OutputSignal| output.at.len() == self.time_s.len();
+        if nth < 2 || !self.outputs.iter().all(is_full) {
+            return self.clone();
+        }
+        let every = |samples: &[f64]| samples.iter().step_by(nth).copied().collect::<Vec<f64>>();
+        let time_s = every(&self.time_s);
+        let outputs = self.outputs.iter().map(|output| OutputSignal {
+            at: (0..time_s.len()).collect(),
+            samples: every(&output.samples),
+            ..output.clone()
+        });
+        Self {
+            input: self.input.as_deref().map(every),
+            rerun: self.rerun.thinned(nth),
+            outputs: outputs.collect(),
+            time_s,
+            ..self.clone()
+        }
     }
 
     /// The same with another guess of what the input does between its samples; `None` where that is not
@@ -336,5 +399,49 @@ fn fine_grid(
             let nothing = vec![0.0; grid.len()];
             grid.with_column("force_N", nothing)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn speeds(samples: Vec<f64>) -> OutputSignal {
+        let at = (0..samples.len()).collect();
+        OutputSignal { index: 0, column: "speed_rad_s".to_owned(), at, samples, step: None, zero: None }
+    }
+
+    /// A command that begins after `still` samples, and speeds that follow it from `zero` on.
+    fn started(still: usize, zero: f64) -> (Vec<f64>, OutputSignal) {
+        let command = (0..500).map(|k| if k < still { 0.0 } else { 1.0 }).collect();
+        let speed = |k: usize| 100.0 * (1.0 - (-(k.saturating_sub(still) as f64) / 50.0).exp());
+        let ripple = |k: usize| 0.1 * (2.1 * k as f64).sin();
+        (command, speeds((0..500).map(|k| zero + speed(k) + ripple(k)).collect()))
+    }
+
+    #[test]
+    fn the_zero_of_a_speed_is_what_it_reads_at_rest() {
+        for (still, zero, seen) in [(60, 0.3, true), (60, -25.0, true), (1, 0.2, true), (1, -25.0, false)] {
+            let (command, speeds) = started(still, zero);
+            let found = speeds.clone().with_zero_seen(&command);
+            assert_eq!(found.zero.is_some(), seen, "{still} samples at {zero}");
+            let off = found.zero.map_or(0.0, |found| (found - zero).abs());
+            assert!(off < 0.12, "{off}");
+            let taken_off = found.zero.unwrap_or(0.0);
+            let same =
+                found.samples.iter().zip(&speeds.samples).all(|(a, b)| (a + taken_off - b).abs() < 1e-12);
+            assert!(same, "the samples are less their zero");
+        }
+    }
+
+    #[test]
+    fn a_speed_that_a_recording_begins_with_is_no_zero() {
+        let (command, speeds) = started(60, 0.0);
+        let coasting = |k: usize| 60.0 * (-(k as f64) / 80.0).exp();
+        let moving = OutputSignal {
+            samples: speeds.samples.iter().enumerate().map(|(k, speed)| speed + coasting(k)).collect(),
+            ..speeds
+        };
+        assert_eq!(moving.with_zero_seen(&command).zero, None);
     }
 }

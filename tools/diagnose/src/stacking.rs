@@ -174,7 +174,7 @@ impl Stack<'_> {
         let record = self.records[index];
         let mut columns = Vec::new();
         for (which, output) in record.outputs.iter().enumerate() {
-            if hypothesis.zero_is_known(&output.column) {
+            if output.zero.is_some() || hypothesis.zero_is_known(&output.column) {
                 continue;
             }
             let outputs = record.outputs.iter().enumerate();
@@ -373,6 +373,23 @@ impl Stack<'_> {
                     return self.evaluate_record(index, hypothesis, &near.initial);
                 }
                 self.evaluate_from(index, hypothesis, &near.initial, &near.nuisances).map(|(fit, _)| fit)
+            })
+            .collect()
+    }
+
+    /// Whether every sample counts for itself.
+    pub(crate) fn is_even(&self) -> bool {
+        self.weights.iter().flatten().all(|weighting| matches!(weighting, Weighting::Even(_)))
+    }
+
+    /// The same of many long recordings from what the initial states of fits nearby could change: a look at
+    /// models that differ from them.
+    pub(crate) fn seen_from(&self, hypothesis: &Hypothesis, near: &[RecordFit]) -> Option<Vec<RecordFit>> {
+        (0..self.records.len())
+            .into_par_iter()
+            .map(|index| {
+                let near = &near[index];
+                Some(self.evaluate_from(index, hypothesis, &near.initial, &near.nuisances)?.0)
             })
             .collect()
     }

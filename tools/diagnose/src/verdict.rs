@@ -13,23 +13,26 @@ use crate::naming::selection::Selection;
 use crate::naming::sets::Member;
 use crate::naming::stand_ins::{Moved, StandIns};
 use crate::naming::trials::Candidate;
+use crate::options::Options;
 use crate::result::{CandidateRow, Effect, Evidence, Gate, ParameterEstimate, Tie, Verdict};
 use crate::statistics::distributions::two_sided_normal;
 use crate::wording::with_error;
 
-/// Share of what noise does not explain that tied laws have to take away to be called tied where something is left.
+/// Share of what noise does not explain that tied laws have to take away to be called tied where something is
+/// left.
 const MOST_OF_IT: f64 = 0.95;
 
-/// Share of what noise does not explain that laws have to take away to be named at all where something is left: what leaves more than
-/// it explains is not what was left out, however significant.
+/// Share of what noise does not explain that laws have to take away to be named at all where something is
+/// left: what leaves more than it explains is not what was left out, however significant.
 const MOST: f64 = 0.5;
 
-/// The same where what is left goes with the motion: it is the machine's own, and laws that leave a third as much as they take away only
-/// stand in for another. A spring that gives way half way through a run looks like one that weakens all the time.
+/// The same where what is left goes with the motion: it is the machine's own, and laws that leave a third as
+/// much as they take away only stand in for another. A spring that gives way half way through a run looks
+/// like one that weakens all the time.
 pub(crate) const MOST_OF_ITS_OWN: f64 = 0.75;
 
-/// The verdict from what was found, what is left, whether that is louder than noise, and the share that was taken off what noise does not
-/// explain.
+/// The verdict from what was found, what is left, whether that is louder than noise, and the share that was
+/// taken off what noise does not explain.
 pub(crate) fn verdict(
     selection: &Selection,
     candidates: &[Candidate],
@@ -80,11 +83,13 @@ fn weighed(found: &Weighed) -> Verdict {
         (Rest::Noise, true) => Verdict::Ambiguous,
         (_, _) if share < MOST => Verdict::Unexplained,
         (Rest::Structured, _) if share < MOST_OF_ITS_OWN => Verdict::Unexplained,
-        // All that goes with the motion is taken away; what is left is no law's to explain, and louder than noise it is no noise.
+        // All that goes with the motion is taken away; what is left is no law's to explain, and louder than
+        // noise it is no noise.
         (Rest::Foreign, true) if !found.rest_is_loud => Verdict::Ambiguous,
         (Rest::Foreign, true) => Verdict::Improved,
         (Rest::Foreign, false) => Verdict::Improved,
-        // Laws that do as well as each other and leave more than noise are a tie of what is better than nothing.
+        // Laws that do as well as each other and leave more than noise are a tie of what is better than
+        // nothing.
         (Rest::Structured, true) if share > MOST_OF_IT && found.rest_is_loud => Verdict::Improved,
         (Rest::Structured, true) if share > MOST_OF_IT => Verdict::Ambiguous,
         // Several laws each take a part of it away and none takes all: none of them is it.
@@ -97,14 +102,15 @@ fn weighed(found: &Weighed) -> Verdict {
     }
 }
 
-/// Whether a rival is the same set of laws with one of them seen against the ground instead of against the base: a spring of the tip that
-/// is one of the beam where the base hardly moves.
+/// Whether a rival is the same set of laws with one of them seen against the ground instead of against the
+/// base: a spring of the tip that is one of the beam where the base hardly moves.
 fn is_the_same_law(chosen: &Member, rival: &Member, candidates: &[Candidate]) -> bool {
     let of = |member: &Member| as_of_the_beam(member.laws.iter().map(|index| &candidates[*index]));
     of(chosen) == of(rival)
 }
 
-/// Laws with their places and the outputs that they are about, in an order of their own, the tip being the beam's.
+/// Laws with their places and the outputs that they are about, in an order of their own, the tip being the
+/// beam's.
 fn as_of_the_beam<'c>(
     laws: impl Iterator<Item = &'c Candidate>,
 ) -> Vec<(&'static str, String, Option<String>)> {
@@ -207,7 +213,8 @@ pub(crate) fn moved_cap(stand_ins: &StandIns) -> Option<String> {
     })
 }
 
-/// Laws that explain the training recordings and that the held-out ones neither confirm nor contradict, the best first.
+/// Laws that explain the training recordings and that the held-out ones neither confirm nor contradict, the
+/// best first.
 pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Vec<String> {
     let tried = selection.tried.iter().filter(|tried| is_only_unconfirmed(&tried.gates, tried.held_out));
     let mut found: Vec<(f64, String)> =
@@ -216,11 +223,23 @@ pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Ve
     found.into_iter().take(MOST_UNCONFIRMED).map(|(_, name)| name).collect()
 }
 
+/// Laws that the screen is sure of and that a search ended by its limit did not fit to the end, those that
+/// promise most first.
+pub(crate) fn waiting(selection: &Selection, candidates: &[Candidate], options: &Options) -> Vec<String> {
+    let is_tried = |candidate: usize| {
+        selection.tried.iter().any(|tried| tried.candidate == candidate && !tried.passes())
+    };
+    let sure = selection.screened.iter().filter(|seen| seen.t.abs() > options.training_gate);
+    let mut seen: Vec<_> = sure.filter(|seen| !is_tried(seen.candidate)).collect();
+    seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
+    seen.iter().take(MOST_UNCONFIRMED).map(|seen| candidates[seen.candidate].name()).collect()
+}
+
 /// More than these are no help.
 const MOST_UNCONFIRMED: usize = 3;
 
-/// Sets of laws that cannot be told from the chosen one, or from a parameter's other value; `one_output`: whether all recordings have the same
-/// single output.
+/// Sets of laws that cannot be told from the chosen one, or from a parameter's other value; `one_output`:
+/// whether all recordings have the same single output.
 pub(crate) fn ties(
     selection: &Selection,
     stand_ins: &StandIns,
@@ -355,7 +374,8 @@ mod tests {
         assert_eq!(weighed(&Weighed { is_cut_short: true, ..NOISE }), Verdict::Improved);
     }
 
-    /// A spring that gives way half way through a run looks for 57 % like one that weakens all the time, play of a sensor for 59 % like a mode.
+    /// A spring that gives way half way through a run looks for 57 % like one that weakens all the time, play
+    /// of a sensor for 59 % like a mode.
     #[test]
     fn laws_are_named_beside_a_rest_where_they_take_most_and_more_of_it_where_it_is_the_machines_own() {
         let beside = |rest: Rest, explained_share: f64| {

@@ -1,13 +1,14 @@
-//! Laws of which a sketch shows too little: the refit has taken over nearly all of them, or they do much more than straight lines hold for.
+//! Laws of which a sketch shows too little: the refit has taken over nearly all of them, or they do much more
+//! than straight lines hold for.
 //!
-//! A mass at a beam's tip does to its first two frequencies what a taper does that no calliper would miss. Around a refit that has
-//! become that beam the mass does nothing new but for a trace, by which the screen is sure of it. A sketch, in which the refitted
-//! parameters follow along straight lines, cannot tell what the mass is good for: they have a long way back, on which
-//! frequencies are off by more than a resonance's width if they follow straight. What promises more than was found is fitted with
-//! everything searched, to the end. So is what the screen sees as well as the best, where that was not tried in the end.
+//! A mass at a beam's tip does to its first two frequencies what a taper does that no calliper would miss.
+//! Around a refit that has become that beam the mass does nothing new but for a trace, by which the screen is
+//! sure of it. A sketch, in which the refitted parameters follow along straight lines, cannot tell what the
+//! mass is good for: they have a long way back, on which frequencies are off by more than a resonance's width
+//! if they follow straight. What promises more than was found is fitted with everything searched, to the end.
+//! So is what the screen sees as well as the best, where that was not tried in the end.
 
 use rayon::prelude::*;
-use stillbeam_recording::Role;
 
 use super::rounds::{CONTENDS, Tried, directions};
 use super::screening::Screened;
@@ -42,7 +43,8 @@ impl Search<'_> {
         self.fitted_to_the_end(base, screened, tried, |s| s.explained > AS_WELL * most)
     }
 
-    /// Those that promise something, were not tried and are no chance, the best of them fitted to the end whatever their sketches say.
+    /// Those that promise something, were not tried and are no chance, the best of them fitted to the end
+    /// whatever their sketches say.
     fn fitted_to_the_end(
         &self,
         base: &Member,
@@ -66,7 +68,7 @@ impl Search<'_> {
 
     /// A law fitted around the refit, all that is free searched to the end.
     fn everything_searched(&self, base: &Member, screened: &Screened) -> Option<Fitted> {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let (absorbing, own) = directions(&stack, base);
         let physics = self.sketch(base, screened, Others::Absorb(&absorbing))?.physics;
         let begun = self.begun(base, screened, &physics, Others::Known(&own))?;
@@ -78,6 +80,8 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
+
+    use stillbeam_recording::Role;
 
     use super::*;
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};

@@ -1,4 +1,5 @@
-//! One round: every candidate on top of a set is screened, the promising ones are sketched, the best of those fitted.
+//! One round: every candidate on top of a set is screened, the promising ones are sketched, the best of those
+//! fitted.
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, dot};
@@ -23,7 +24,8 @@ pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
 /// What rounds are known by: the laws of the set they began from, and the law whose place was to be taken.
 pub(crate) type RoundKey = (Vec<usize>, Option<usize>);
 
-/// What a law is looked for that could take another's place: that law, and the sum of squares that the set with it leaves.
+/// What a law is looked for that could take another's place: that law, and the sum of squares that the set
+/// with it leaves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) law: usize,
@@ -71,28 +73,36 @@ impl Tried {
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
 /// ... as long as they take away at least this share of what the best takes.
 pub(super) const CONTENDS: f64 = 0.5;
-/// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
+/// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are
+/// nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
-/// Where the model's own parameters are no more than these and all recordings are decays, they are searched with the law's in a sketch:
-/// that costs little more than straight lines, which end where a decay rate or a frequency has to move by as much as a decay shows
-/// of it. A law that the refit has hidden in its damping for the most part looks like nothing along them.
+/// Where the model's own parameters are no more than these and all recordings are decays, they are searched
+/// with the law's in a sketch: that costs little more than straight lines, which end where a decay rate or a
+/// frequency has to move by as much as a decay shows of it. A law that the refit has hidden in its damping
+/// for the most part looks like nothing along them.
 const SEARCHED_ALONG: usize = 4;
-/// Candidates sketched, to see which are worth more: with the model's own parameters held to straight lines, or searched along.
+/// Candidates sketched, to see which are worth more: with the model's own parameters held to straight lines,
+/// or searched along.
 const SKETCHED_PER_ROUND: usize = 16;
-/// As long as the screen says that they take away this share of what the best takes. Of 341 sketches in thirteen searches none with
-/// less than a fifth came to contend.
+/// As long as the screen says that they take away this share of what the best takes. Of 341 sketches in
+/// thirteen searches none with less than a fifth came to contend.
 const WORTH_A_SKETCH: f64 = 0.1;
 
 impl Search<'_> {
-    /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same laws is not done
-    /// again.
+    /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same
+    /// laws is not done again.
     pub(crate) fn round(&self, base: &Member) -> Round {
         self.known((base.laws.clone(), None)).unwrap_or_else(|| self.tried_on(base, None))
     }
 
-    /// The same for laws that could take the place of one: those alone are fitted whose sketches come near to what it does, and the
-    /// law itself is not.
+    /// Whether no more is tried beside a set: the first law is looked for as long as there is any time.
+    fn is_given_up(&self, base: &Member) -> bool {
+        if base.laws.is_empty() { self.patience.is_spent() } else { self.is_over() }
+    }
+
+    /// The same for laws that could take the place of one: those alone are fitted whose sketches come near to
+    /// what it does, and the law itself is not.
     pub(crate) fn round_in_place(&self, base: &Member, place: Place) -> Round {
         let (screened, tried) = self
             .known((base.laws.clone(), None))
@@ -114,9 +124,7 @@ impl Search<'_> {
     }
 
     fn looked_for_on(&self, base: &Member, place: Option<Place>) -> Round {
-        // The first law is looked for in any case.
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
-        if is_given_up() {
+        if self.is_given_up(base) {
             return (Vec::new(), Vec::new());
         }
         if !base.laws.is_empty() {
@@ -147,8 +155,8 @@ impl Search<'_> {
     /// Fits laws on top of `base`.
     pub(super) fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
         let place = beside.place;
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
-        let stack = self.study.stack(Role::Train);
+        let is_given_up = || self.is_given_up(base);
+        let stack = self.train();
         let rest = self.rest_beside(base);
         let least_t = self.least_t(rest);
         // What is worth looking at is there before it is simulated, to a factor of two.
@@ -203,8 +211,9 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// Standard errors that a further law must have on the training recordings: where nothing is left that goes with the motion, it must
-    /// be beyond doubt. A random force that shakes a resonance looks much like a steady tone.
+    /// Standard errors that a further law must have on the training recordings: where nothing is left that
+    /// goes with the motion, it must be beyond doubt. A random force that shakes a resonance looks much like
+    /// a steady tone.
     fn least_t(&self, rest: Rest) -> f64 {
         let nothing_to_find = rest != Rest::Structured;
         if nothing_to_find { DOUBT * self.options.training_gate } else { self.options.training_gate }
@@ -221,18 +230,22 @@ impl Search<'_> {
             screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
         promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
         let best = promising.first().map_or(0.0, |best| best.explained);
-        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
+        // Where what is left is strongly coloured nothing looks certain: the first few are looked at, and
+        // where it is far above the noise that the readings themselves show, whatever the screen says: what
+        // is left is no noise then, and errors reckoned from it are none.
+        let unlikely = if self.study.is_far_above_own_noise(base) { 0.0 } else { UNLIKELY };
         let mut place = 0;
         promising.retain(|s| {
             place += 1;
-            s.t.abs() > least_t || (place <= LOOKED_AT_ANYWAY && s.t.abs() > UNLIKELY)
+            s.t.abs() > least_t || (place <= LOOKED_AT_ANYWAY && s.t.abs() > unlikely)
         });
         promising.retain(|s| s.explained > WORTH_A_SKETCH * best);
         promising.truncate(SKETCHED_PER_ROUND);
         promising
     }
 
-    /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
+    /// Fits laws together with the model's own parameters, those to the end that still contend after the
+    /// beginning.
     fn fitted_ones(
         &self,
         base: &Member,
@@ -243,7 +256,7 @@ impl Search<'_> {
         let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter(|_| base.laws.is_empty() || !self.is_over())
+            .filter(|_| !self.is_given_up(base))
             .filter_map(|sketched| {
                 let Sketched { physics, screened, begun, .. } = sketched;
                 let around_base = match begun {
@@ -291,7 +304,7 @@ impl Search<'_> {
     /// The gates of the law that a set has on top of another.
     pub(super) fn judged_on(&self, base: &Member, member: Member, candidate: usize) -> Tried {
         let own = format!("physics.{}.", base.laws.len() + 1 + self.given_laws);
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
         self.judged(base, member, candidate, &own, &errors, (None, 0.0))
     }
@@ -307,7 +320,7 @@ impl Search<'_> {
         (closer, own_share): (Option<Closer>, f64),
     ) -> Tried {
         let slowest_hz = self.study.slowest_hz;
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let training = improvement(&stack, &base.fitted.records, &member.fitted.records, slowest_hz);
         let held_out = (!self.study.held_out.is_empty()).then(|| {
             improvement(&self.study.stack(Role::HeldOut), &base.held_out, &member.held_out, slowest_hz)
@@ -320,7 +333,12 @@ impl Search<'_> {
             .zip(errors)
             .filter_map(|((parameter, value), stderr)| {
                 let name = parameter.path.strip_prefix(own)?.to_owned();
-                Some((name, *value, *stderr, parameter.lower, parameter.upper))
+                let mut specs = self.candidates[candidate].law.parameters().iter();
+                let is_natural = specs.any(|spec| {
+                    spec.name == name && spec.is_complete_at_upper && spec.upper == parameter.upper
+                });
+                let upper = if is_natural { f64::INFINITY } else { parameter.upper };
+                Some((name, *value, *stderr, parameter.lower, upper))
             })
             .collect();
         let mut parameters = parameters;
@@ -355,7 +373,8 @@ impl Search<'_> {
     }
 }
 
-/// How many of the sketches, the best first, take away a good part of what the best does, or what the law does whose place is to be taken.
+/// How many of the sketches, the best first, take away a good part of what the best does, or what the law
+/// does whose place is to be taken.
 fn contenders(sketched: &[Sketched<'_>], before: f64, place: Option<Place>) -> usize {
     let best = match place {
         Some(place) => before - place.left,
@@ -368,8 +387,8 @@ pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
 
-/// What a set's free parameters would absorb, and how its residuals change with those of the model's own that are free. They do nearly the
-/// same with one more law as without it; residuals are recorded minus simulated.
+/// What a set's free parameters would absorb, and how its residuals change with those of the model's own that
+/// are free. They do nearly the same with one more law as without it; residuals are recorded minus simulated.
 pub(super) fn directions(stack: &Stack<'_>, base: &Member) -> (Orthonormal, Vec<Vec<f64>>) {
     let columns = base.fitted.rough_sensitivities(stack);
     let mut absorbing = Orthonormal::default();
@@ -380,8 +399,8 @@ pub(super) fn directions(stack: &Stack<'_>, base: &Member) -> (Orthonormal, Vec<
 }
 
 impl Search<'_> {
-    /// Share of what noise does not explain of the held-out recordings that one set takes off another's rest; what the better one
-    /// leaves below the noise counts as noise.
+    /// Share of what noise does not explain of the held-out recordings that one set takes off another's rest;
+    /// what the better one leaves below the noise counts as noise.
     fn held_out_share(&self, without: &Member, with: &Member) -> f64 {
         let left = |member: &Member| -> f64 {
             member.held_out.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum()
@@ -405,11 +424,34 @@ mod tests {
 
     use super::*;
     use crate::naming::hidden_laws::AS_WELL;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, searched_around};
     use crate::two_bodies::{driven, slide, swept};
 
-    /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does. The weak one is fitted at the wrong
-    /// body too; fits of what looks like the strong one are no reason not to look around other refits, which finds it.
+    /// A law that has come to its natural end has a derivative there too, and a standard error.
+    #[test]
+    fn a_sensor_that_loses_the_sign_wholly_is_known_and_not_pressed_against_a_bound() {
+        for amplitude in [3.0, 8.0] {
+            let mut truth = machine();
+            truth.setup_mut().physics = vec![Physics::new("rectification", "sensor").with("share", 1.0)];
+            let noisy = |times: f64| noisy_runs(&truth, &[amplitude, times * amplitude], 1e-4);
+            searched(&noisy(2.0), &noisy(1.5), |search, refitted| {
+                let begun = Physics::new("rectification", "sensor").with("share", 0.9);
+                let found = fitted_with(search, &refitted, &begun);
+                let candidate = found.laws[0];
+                let tried = search.judged_on(&refitted, found, candidate);
+                let (_, share, stderr, ..) = &tried.parameters[0];
+                assert!(*share > 0.99 && stderr.is_finite() && *stderr < 0.01, "{share} ± {stderr}");
+                for name in ["bounds", "determined", "training"] {
+                    let gate = tried.gates.iter().find(|gate| gate.name == name).unwrap();
+                    assert!(gate.passed, "{name}: {}", gate.detail);
+                }
+            });
+        }
+    }
+
+    /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does.
+    /// The weak one is fitted at the wrong body too; fits of what looks like the strong one are no reason not
+    /// to look around other refits, which finds it.
     #[test]
     fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
         for stiffness in [3e5, 1e6] {

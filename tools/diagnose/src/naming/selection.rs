@@ -22,7 +22,7 @@ use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
 use crate::options::Options;
 use crate::patience::Patience;
-use crate::stacking::RecordFit;
+use crate::stacking::{RecordFit, Stack};
 use crate::study::Study;
 
 /// What the search found.
@@ -88,6 +88,11 @@ pub(crate) struct Search<'s> {
 }
 
 impl Search<'_> {
+    /// The training recordings, on which fits end where they are when patience is spent.
+    pub(crate) fn train(&self) -> Stack<'_> {
+        self.study.stack(Role::Train).until(self.patience)
+    }
+
     /// Whether no further search is to be begun.
     pub(crate) fn is_over(&self) -> bool {
         self.patience.is_over()
@@ -121,8 +126,12 @@ impl Search<'_> {
             let richer = || self.richer_in_place(&chosen, &tried);
             let found = self.simplest_of_the_best(&tried).or_else(richer);
             let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
-                if self.is_over() && !chosen.laws.is_empty() {
-                    left_out.push("further laws");
+                if self.is_over() {
+                    left_out.push(if chosen.laws.is_empty() {
+                        "all laws that may be missing"
+                    } else {
+                        "further laws"
+                    });
                 }
                 break;
             };
@@ -210,7 +219,7 @@ impl Search<'_> {
     /// Whether what a set leaves goes with the motion, and is so much more than noise that two laws may be
     /// missing from it. By innovations nothing is: what they are made of is as loud as noise by definition.
     fn leaves_much(&self, member: &Member) -> bool {
-        let noise = self.study.stack(Role::Train).present() as f64;
+        let noise = self.train().present() as f64;
         member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured
     }
 

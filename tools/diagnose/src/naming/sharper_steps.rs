@@ -1,10 +1,9 @@
 //! Rounded readings as sharp as the recordings show them.
 //!
-//! Fits need steps that noise before the rounding has made round, a twentieth of a step at least. Where there was less the mean over such
-//! noise misses readings at every step.
+//! Fits need steps that noise before the rounding has made round, a twentieth of a step at least. Where there
+//! was less the mean over such noise misses readings at every step.
 
 use stillbeam_identify::tall::dot;
-use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
@@ -13,7 +12,8 @@ use super::sets::Member;
 const SHARPER: [f64; 3] = [0.0, 0.025, 0.035];
 
 impl Search<'_> {
-    /// The set with the steps of every rounding that it found as sharp as fits the training recordings best, all else as it is.
+    /// The set with the steps of every rounding that it found as sharp as fits the training recordings best,
+    /// all else as it is.
     pub(super) fn with_sharper_steps(&self, member: Member) -> Member {
         let count = member.fitted.hypothesis.model.setup().physics.len();
         (self.given_laws..count).fold(member, |member, law| self.sharpened(&member, law).unwrap_or(member))
@@ -21,7 +21,7 @@ impl Search<'_> {
 
     /// The same with one law; `None` for what is no rounding or is as sharp as it should be.
     fn sharpened(&self, member: &Member, law: usize) -> Option<Member> {
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let sharper = |share: &f64| {
             let mut fitted = member.fitted.clone();
             let law = fitted.hypothesis.model.setup_mut().physics.get_mut(law)?;

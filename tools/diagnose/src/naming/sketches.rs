@@ -1,9 +1,8 @@
-//! Sketches: a law's own parameters fitted on top of a set, those of the model following along straight lines. They say which candidates are
-//! worth a fit.
+//! Sketches: a law's own parameters fitted on top of a set, those of the model following along straight
+//! lines. They say which candidates are worth a fit.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Physics;
-use stillbeam_recording::Role;
 
 use super::gates::{NOTICEABLE, improvement};
 use super::rounds::directions;
@@ -21,7 +20,8 @@ pub(super) struct Sketched<'s> {
     /// Sum of squares that is left.
     pub(super) left: f64,
     pub(super) physics: Physics,
-    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow along straight lines.
+    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow
+    /// along straight lines.
     pub(super) records: Vec<RecordFit>,
     /// The fit, where the model's parameters were searched along.
     pub(super) begun: Option<Fitted>,
@@ -30,20 +30,20 @@ pub(super) struct Sketched<'s> {
 /// A sketch that reaches this share of what a gate asks is worth a fit.
 const HOPEFUL: f64 = 0.5;
 
-/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that holds it up: a sketch
-/// begins with half of it, so often at most, ...
+/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that
+/// holds it up: a sketch begins with half of it, so often at most, ...
 const HALVINGS: i32 = 5;
 /// ... until no more than this many times what is there without the law is left over.
 const TOO_FAR: f64 = 4.0;
 
 impl Search<'_> {
-    /// Whether a sketched law could pass the gates of size and training beside laws that are there already, where the fit begins
-    /// nearby: the sketch has let everything else follow along straight lines.
+    /// Whether a sketched law could pass the gates of size and training beside laws that are there already,
+    /// where the fit begins nearby: the sketch has let everything else follow along straight lines.
     pub(super) fn may_pass(&self, base: &Member, sketched: &Sketched<'_>) -> bool {
         if base.laws.is_empty() {
             return true;
         }
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let before = base.fitted.sum_of_squares;
         let systematic = (before - stack.present() as f64).max(1.0);
         let size = (before - sketched.left) / systematic;
@@ -100,7 +100,7 @@ impl Search<'_> {
     ) -> Option<(Physics, Fitted)> {
         let number = base.laws.len() + 1 + self.given_laws;
         let candidate = &self.candidates[screened.candidate];
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let started = (0..=HALVINGS).find_map(|halvings| {
             let physics = candidate.physics(trial, factor * 0.5_f64.powi(halvings));
             let hypothesis = base.fitted.hypothesis.with_law(physics.clone());
@@ -125,7 +125,7 @@ impl Search<'_> {
 
     /// One more law as it is sketched on top of a set.
     pub(super) fn sketched_on_top(&self, base: &Member, screened: &Screened) -> Option<Physics> {
-        let (absorbing, _) = directions(&self.study.stack(Role::Train), base);
+        let (absorbing, _) = directions(&self.train(), base);
         Some(self.sketch(base, screened, Others::Absorb(&absorbing))?.physics)
     }
 }

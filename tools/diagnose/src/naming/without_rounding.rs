@@ -1,18 +1,18 @@
 //! Sets of laws as their readings would be without rounding: where laws beside a rounding are looked for.
 
 use stillbeam_identify::tall::dot;
-use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
 use crate::fit::Fitted;
 
 impl Search<'_> {
-    /// The set as its readings would be without rounding, where they are rounded: next to a step what another law and the parameters
-    /// that follow do is no straight line, and a law that they hide for the most part looks like nothing.
+    /// The set as its readings would be without rounding, where they are rounded: next to a step what another
+    /// law and the parameters that follow do is no straight line, and a law that they hide for the most part
+    /// looks like nothing.
     pub(super) fn without_rounding(&self, base: &Member) -> Option<Member> {
         let hypothesis = base.fitted.hypothesis.unrounded()?;
-        let stack = self.study.stack(Role::Train);
+        let stack = self.train();
         let records = stack.evaluate(&hypothesis, &base.fitted.initial_states())?;
         let sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
         Some(Member {
@@ -25,6 +25,8 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
+
+    use stillbeam_recording::Role;
 
     use super::*;
     use crate::naming::on_a_spring::{fitted_with, machine, rounded_runs, searched};

@@ -3,15 +3,15 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
+use super::access::{AccessError, PendingAccess};
 use super::clock_cover::ClockCover;
 use super::error::EmulatorError;
 use super::image::ImageSymbols;
 use super::rsp::{RspClient, RspError};
-use super::thumb::{self, Direction, Offset, UnsupportedInstruction};
+use super::thumb::Direction;
 use super::tick_alignment;
 
 const PC: u8 = 15;
-const PROGRAM_STATUS: u8 = 25;
 
 /// What happened during the start-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,37 +125,25 @@ impl<S: Read + Write> StartUp<'_, S> {
 
     /// Does what the instruction at `pc` asks for, on the register file, and steps over it.
     fn serve(&mut self, pc: u32) -> Result<(), BootFailure> {
-        let bytes = self.client.memory(pc, 4)?;
-        let (first, second) = match *bytes.as_slice() {
-            [a, b, c, d] => (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])),
-            // `memory` has checked the length.
-            _ => (0, 0),
-        };
-        let refused = |source: UnsupportedInstruction, symbols: &ImageSymbols| EmulatorError::Instruction {
-            location: symbols.describe(pc),
-            source,
-        };
-        let access = thumb::decode(first, second).map_err(|source| refused(source, self.symbols))?;
-        let base_value = self.client.register(access.base)?;
-        let index_value = match access.offset {
-            Offset::Immediate(_) => 0,
-            Offset::Register { index, .. } => self.client.register(index)?,
-        };
-        let (address, written_back) = access.resolve(base_value, index_value);
+        let access = PendingAccess::at(self.client, pc).map_err(|error| match error {
+            AccessError::Link(error) => BootFailure::Link(error),
+            AccessError::Instruction(source) => {
+                EmulatorError::Instruction { location: self.symbols.describe(pc), source }.into()
+            }
+        })?;
+        let address = access.address;
         if !ClockCover::covers(address) && !tick_alignment::REGION.contains(address) {
-            return Err(BootFailure::Emulator(EmulatorError::Stray {
-                location: self.symbols.describe(pc),
-                address,
-            }));
+            let location = self.symbols.describe(pc);
+            return Err(EmulatorError::Stray { location, address }.into());
         }
-        let value = match access.direction {
+        let value = match access.direction() {
             Direction::Load => {
                 let value = self.circumstances.cover.read(address);
-                self.client.set_register(access.transfer, value)?;
+                access.load(self.client, value)?;
                 value
             }
             Direction::Store => {
-                let value = self.client.register(access.transfer)?;
+                let value = access.stored(self.client)?;
                 if tick_alignment::REGION.contains(address) {
                     self.tick_started |=
                         tick_alignment::generate_event(self.client, value, self.circumstances.reset_at)?;
@@ -165,17 +153,9 @@ impl<S: Read + Write> StartUp<'_, S> {
                 value
             }
         };
-        if let Some(base) = written_back {
-            self.client.set_register(access.base, base)?;
-        }
-        let status = self.client.register(PROGRAM_STATUS)?;
-        let advanced = thumb::advance_it_block(status);
-        if advanced != status {
-            self.client.set_register(PROGRAM_STATUS, advanced)?;
-        }
-        self.client.set_register(PC, pc + access.length)?;
+        access.pass(self.client)?;
         self.served += 1;
-        self.last_access = Some((access.direction, address, value));
+        self.last_access = Some((access.direction(), address, value));
         Ok(())
     }
 

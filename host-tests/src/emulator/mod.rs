@@ -9,6 +9,7 @@
 //! the board stands still when that is full. Virtual time has no fixed relation to wall-clock time;
 //! the baud rate is not emulated.
 
+mod access;
 mod boot;
 pub mod clock_cover;
 mod error;
@@ -20,6 +21,7 @@ mod process;
 pub mod rsp;
 mod serial;
 pub mod stack;
+pub mod stand_in;
 pub mod thumb;
 mod tick_alignment;
 mod version;

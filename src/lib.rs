@@ -10,6 +10,7 @@
 //! - [`drive`]: whether the drive may run, from a person's `enable` to the end of a stop.
 //! - [`fault`]: what can go wrong and what is done about it.
 //! - [`restart`]: why the firmware starts, and what a crash has left.
+//! - [`brown_out`]: below which supply the chip keeps itself in reset.
 //! - [`watchdog`]: when it may be fed, and how long it waits.
 //! - [`control`]: the tick, all that the interrupt does.
 //! - [`settings`]: what a person can set, with meaning, unit, range and default.
@@ -19,6 +20,7 @@
 #![no_std]
 #![deny(clippy::indexing_slicing, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+pub mod brown_out;
 pub mod console;
 pub mod control;
 pub mod decimal;

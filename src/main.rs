@@ -18,7 +18,7 @@ mod image {
     use stillbeam_firmware::board::flash::SettingsSectors;
     use stillbeam_firmware::board::serial::LineErrors;
     use stillbeam_firmware::board::{
-        self, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
+        self, brown_out, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
         flash_accelerator, image, outputs, restart, serial, step_pulses, supply, tick_timer, watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
@@ -39,6 +39,7 @@ mod image {
         board: "stm32f405rg",
         build: 0,
         timer_clock_hz: TIMER_CLOCK_HZ,
+        brown_out: None,
     };
 
     #[cortex_m_rt::entry]
@@ -68,8 +69,8 @@ mod image {
         supply::watch();
         // Given away once, here.
         let history = core_coupled::take_history()?;
-        let mut parts =
-            MACHINE.take().split(IDENTITY.with_build(image::checksum()), [HISTORY.take(), history]);
+        let identity = IDENTITY.with(image::checksum(), brown_out::level());
+        let mut parts = MACHINE.take().split(identity, [HISTORY.take(), history]);
         serial::open(parts.asked);
         board::stillbeam_boot_complete();
         // Drive disabled and no tick yet: the time for whatever a power cut left to be done.
@@ -154,6 +155,11 @@ mod image {
                 Some(Effect::ForgetCrash) => {
                     crash::forget();
                     console.crash_forgotten(&mut text);
+                }
+                Some(Effect::SetBrownOut(level)) => {
+                    watchdog::set_patience(Patience::SAVING);
+                    console.brown_out_set(level, brown_out::set(level), &mut text);
+                    watchdog::set_patience(Patience::NORMAL);
                 }
                 Some(Effect::Reboot(start)) => {
                     serial::send(text.as_bytes()).await;

@@ -1,6 +1,7 @@
 //! A machine on the bench: console and tick of the core, driven by hand.
 
 use embassy_futures::block_on;
+use stillbeam_firmware::brown_out::BrownOut;
 use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, TIMER_CLOCK_HZ};
@@ -12,7 +13,7 @@ use crate::flash::MockFlash;
 
 /// The identity of the real board, so that tables come out the same.
 pub const IDENTITY: Identity =
-    Identity { version: "bench", board: "bench", build: 0, timer_clock_hz: TIMER_CLOCK_HZ };
+    Identity { version: "bench", board: "bench", build: 0, timer_clock_hz: TIMER_CLOCK_HZ, brown_out: None };
 
 /// Console, tick and samples of one machine.
 pub struct Bench {
@@ -27,6 +28,8 @@ pub struct Bench {
     inputs: Inputs,
     /// What every tick has put out, once somebody wants to know.
     outputs: Option<Vec<TickOutput>>,
+    /// The brown-out level that the option bytes keep whatever is written, where they do not take another.
+    stuck_brown_out: Option<BrownOut>,
 }
 
 impl Bench {
@@ -142,6 +145,11 @@ impl Bench {
         self.inputs = inputs;
     }
 
+    /// From now on the option bytes keep this level, whatever is written.
+    pub fn stick_brown_out_at(&mut self, level: BrownOut) {
+        self.stuck_brown_out = Some(level);
+    }
+
     fn start(flash: MockFlash, restart: Restart) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
@@ -164,6 +172,7 @@ impl Bench {
             log_nm: Vec::new(),
             inputs: Inputs::default(),
             outputs: None,
+            stuck_brown_out: None,
         };
         bench.send("echo off");
         bench
@@ -207,6 +216,10 @@ impl Bench {
                     self.console.saved(saved, &mut reply);
                 }
                 Some(Effect::Reboot(_)) => {}
+                Some(Effect::SetBrownOut(level)) => {
+                    let found = self.stuck_brown_out.unwrap_or(level);
+                    self.console.brown_out_set(level, found, &mut reply);
+                }
                 Some(Effect::ForgetCrash) => self.console.crash_forgotten(&mut reply),
             }
             received += &reply.text;

@@ -26,6 +26,7 @@ use core::sync::atomic::{AtomicPtr, Ordering};
 use crate::settings::DriveSettings;
 use crate::units::TickRate;
 
+pub mod brown_out;
 pub mod clocks;
 pub mod core_coupled;
 pub mod crash;

@@ -4,6 +4,7 @@ use core::fmt;
 
 use super::line::{LineFault, MAX_LINE};
 use super::upload::{UploadError, UploadKind};
+use crate::brown_out::BrownOut;
 use crate::decimal::Decimal;
 use crate::drive::{Lacking, State};
 use crate::fault::Fault;
@@ -115,6 +116,11 @@ pub enum CommandError<'l> {
     },
     /// The settings could not be stored. This one may have changed some of what is stored.
     Flash(StoreError),
+    /// The option bytes do not hold the brown-out level that was wanted.
+    BrownOut {
+        /// What they hold.
+        found: BrownOut,
+    },
 }
 
 /// What stands in the way of a command.
@@ -258,6 +264,9 @@ impl fmt::Display for CommandError<'_> {
             }
             Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
+            Self::BrownOut { found } => {
+                write!(f, "flash brownout: the level is still {found}; is the supply above 2.7 V?")
+            }
         }
     }
 }

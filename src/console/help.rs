@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 37] = [
+static COMMANDS: [(&str, &str); 38] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -44,6 +44,10 @@ static COMMANDS: [(&str, &str); 37] = [
     ("encoder reference", "says that the machine is where the setpoint is"),
     ("reboot", "starts the firmware anew; at rest only"),
     ("dfu", "starts the chip's own bootloader, for a new firmware over USB; at rest only"),
+    (
+        "brownout set off|level_1|level_2|level_3",
+        "the supply below which the chip stays in reset, into its option bytes; while the drive is off",
+    ),
     ("crash clear", "forgets the record of a crash that 'info' shows"),
     (
         "stream on [N] [text|frames]|off",

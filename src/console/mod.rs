@@ -18,6 +18,7 @@ use core::fmt::Write;
 use heapless::String;
 use heapless::spsc::{Consumer, Producer};
 
+use crate::brown_out::BrownOut;
 use crate::control::Request;
 use crate::drive::State;
 use crate::fault::{Event, EventLog, Fault};
@@ -51,12 +52,14 @@ pub struct Identity {
     pub build: u32,
     /// The clock that the tick timer divides by a whole number, in hertz.
     pub timer_clock_hz: u32,
+    /// The supply below which the chip keeps itself in reset, where that is known.
+    pub brown_out: Option<BrownOut>,
 }
 
 impl Identity {
-    /// The same with the build's number.
-    pub fn with_build(self, build: u32) -> Self {
-        Self { build, ..self }
+    /// The same with the build's number and the brown-out level.
+    pub fn with(self, build: u32, brown_out: BrownOut) -> Self {
+        Self { build, brown_out: Some(brown_out), ..self }
     }
 }
 
@@ -70,6 +73,8 @@ pub enum Effect {
     ForgetCrash,
     /// Start anew.
     Reboot(Start),
+    /// Write the level into the option bytes and tell [`Console::brown_out_set`] what they say then.
+    SetBrownOut(BrownOut),
 }
 
 /// The console's ends of the queues.

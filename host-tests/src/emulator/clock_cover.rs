@@ -41,9 +41,10 @@ const FLASH_KEYR: u32 = FLASH.base + 0x04;
 const FLASH_OPTKEYR: u32 = FLASH.base + 0x08;
 const FLASH_SR: u32 = FLASH.base + 0x0c;
 const FLASH_CR: u32 = FLASH.base + 0x10;
+const FLASH_OPTCR: u32 = FLASH.base + 0x14;
 
 /// Registers whose value after reset is not zero and matters to a read-modify-write.
-const RESET_VALUES: [(u32, u32); 7] = [
+const RESET_VALUES: [(u32, u32); 8] = [
     (RCC_CR, 0x0000_0083),
     (RCC_PLLCFGR, 0x2400_3010),
     (RCC_AHB1ENR, 0x0010_0000),
@@ -51,6 +52,8 @@ const RESET_VALUES: [(u32, u32); 7] = [
     (RCC_PLLI2SCFGR, 0x2000_3000),
     (PWR_CR, 0x0000_4000),
     (FLASH_CR, 0x8000_0000),
+    // As from the factory: no brown-out level.
+    (FLASH_OPTCR, 0x0fff_aaed),
 ];
 
 /// The stand-in registers.

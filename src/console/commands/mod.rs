@@ -1,5 +1,6 @@
 //! The commands: which line is which, and one file per family of them.
 
+mod board;
 mod drive;
 mod faults;
 mod motions;
@@ -56,6 +57,7 @@ impl Console<'_> {
                 no_more(words, "reboot", "reboot").and_then(|()| self.reboot("reboot", Start::Firmware, out))
             }
             "dfu" => no_more(words, "dfu", "dfu").and_then(|()| self.reboot("dfu", Start::Bootloader, out)),
+            "brownout" => self.set_brown_out(words),
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),
             "checksum" => self.switch_checksum(words, out),

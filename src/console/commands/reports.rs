@@ -4,11 +4,9 @@ use core::fmt::Write;
 
 use super::say;
 use super::words::on_off;
-use crate::console::error::CommandError;
-use crate::console::{Console, Effect};
+use crate::console::Console;
 use crate::decimal::Decimal;
 use crate::machine::CORE_CYCLES_PER_TIMER_CLOCK;
-use crate::restart::Start;
 use crate::units::TickRate;
 
 impl Console<'_> {
@@ -18,6 +16,10 @@ impl Console<'_> {
         say(out, format_args!("board {}", self.identity.board));
         say(out, format_args!("tick_hz {}", Decimal(table.tick_rate().hz())));
         say(out, format_args!("build 0x{:08x}", self.identity.build));
+        match self.identity.brown_out {
+            Some(level) => say(out, format_args!("brown_out {level}")),
+            None => say(out, format_args!("brown_out unknown")),
+        }
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
@@ -76,19 +78,6 @@ impl Console<'_> {
         let period = self.clocks_per_tick();
         let [last, worst, period] = [last, worst, period].map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK);
         say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
-    }
-
-    /// `reboot` and `dfu`.
-    pub(super) fn reboot(
-        &mut self,
-        command: &'static str,
-        start: Start,
-        out: &mut dyn Write,
-    ) -> Result<(), CommandError<'static>> {
-        self.require_still(command)?;
-        say(out, format_args!("ok {command}"));
-        self.effect = Some(Effect::Reboot(start));
-        Ok(())
     }
 
     pub(super) fn print_status(&mut self, out: &mut dyn Write) {

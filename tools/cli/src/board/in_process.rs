@@ -55,6 +55,7 @@ impl InProcessBoard {
             board: "core",
             build: 0,
             timer_clock_hz: TIMER_CLOCK_HZ,
+            brown_out: None,
         };
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
         let parts = machine.split(identity, histories);
@@ -127,6 +128,9 @@ impl ByteLink for InProcessBoard {
                     self.say(|console, text| console.saved(saved, text));
                 }
                 Some(Effect::Reboot(_)) => {}
+                Some(Effect::SetBrownOut(level)) => {
+                    self.say(|console, text| console.brown_out_set(level, level, text));
+                }
                 Some(Effect::ForgetCrash) => self.say(|console, text| console.crash_forgotten(text)),
             }
             self.say(|console, text| console.announce(text));

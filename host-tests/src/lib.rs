@@ -5,6 +5,7 @@ pub mod bench;
 pub mod emulator;
 pub mod flash;
 pub mod identification_records;
+pub mod machine_side;
 pub mod played_plans;
 pub mod step_timer;
 pub mod still_beam;

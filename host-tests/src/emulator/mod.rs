@@ -24,6 +24,7 @@ pub mod stack;
 pub mod stand_in;
 pub mod thumb;
 mod tick_alignment;
+pub mod unmodelled;
 mod version;
 
 use std::io::{Read, Write};
@@ -44,6 +45,7 @@ use rsp::{RspClient, RspError};
 use serial::HeldSerial;
 use stack::StackRegion;
 use tempfile::TempDir;
+use unmodelled::Listener;
 
 /// For how long a test waits until a motion in the emulator has come to rest. A motion takes seconds, on a computer that is busy with other
 /// emulators minutes; the limit is there for an emulator that hangs.
@@ -100,6 +102,27 @@ impl Emulator {
     /// [`EmulatorError`], each with what to do about it: no emulator or an old one, not an image,
     /// a start-up that does not end, an access that cannot be served.
     pub fn boot(image: &Path, options: &EmulatorOptions) -> Result<Self, EmulatorError> {
+        Self::boot_heard(image, options, None)
+    }
+
+    /// The same, telling `listener` of every access to what the emulator does not model, from the first instruction on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::boot`].
+    pub fn boot_heard_by(
+        image: &Path,
+        options: &EmulatorOptions,
+        listener: Listener,
+    ) -> Result<Self, EmulatorError> {
+        Self::boot_heard(image, options, Some(listener))
+    }
+
+    fn boot_heard(
+        image: &Path,
+        options: &EmulatorOptions,
+        listener: Option<Listener>,
+    ) -> Result<Self, EmulatorError> {
         let symbols = ImageSymbols::read(image)?;
         let stack = StackRegion::read(image)?;
         let version = version::check(&options.qemu)?;
@@ -109,11 +132,8 @@ impl Emulator {
             .map_err(|source| EmulatorError::system("making a temporary directory", source))?;
         let gdb = directory.path().join("gdb");
         let terminal = directory.path().join("serial");
-        let mut process = QemuProcess::start(
-            &options.qemu,
-            &arguments(image, options.shift, &gdb, &terminal),
-            &directory.path().join("output"),
-        )?;
+        let mut process =
+            start(image, options, [&gdb, &terminal, &directory.path().join("output")], listener)?;
         let deadline = Instant::now() + options.start_limit;
         let serial = wait_for(&mut process, deadline, "its serial port", || HeldSerial::open(&terminal))?;
         let link = wait_for(&mut process, deadline, "its debug link", || connect(&gdb))?;
@@ -230,6 +250,26 @@ fn connect(gdb: &Path) -> std::io::Result<UnixStream> {
     // Short, so that the protocol's own limits are kept.
     stream.set_read_timeout(Some(Duration::from_millis(100)))?;
     Ok(stream)
+}
+
+/// Starts the emulator; `gdb` and `terminal` are to be its debug link and serial port, `output` has what it says.
+fn start(
+    image: &Path,
+    options: &EmulatorOptions,
+    [gdb, terminal, output]: [&Path; 3],
+    listener: Option<Listener>,
+) -> Result<QemuProcess, EmulatorError> {
+    let mut arguments = arguments(image, options.shift, gdb, terminal);
+    let Some(listener) = listener else {
+        return QemuProcess::start(&options.qemu, &arguments, output, None);
+    };
+    arguments.extend(["-d", "unimp"].map(str::to_owned));
+    let failed = |source| EmulatorError::system("listening to the emulator", source);
+    let (log, writer) = std::io::pipe().map_err(failed)?;
+    let process = QemuProcess::start(&options.qemu, &arguments, output, Some(writer))?;
+    let messages = std::fs::OpenOptions::new().append(true).open(output).map_err(failed)?;
+    unmodelled::listen(log, messages, listener);
+    Ok(process)
 }
 
 fn arguments(image: &Path, shift: u8, gdb: &Path, terminal: &Path) -> Vec<String> {

@@ -1,6 +1,7 @@
 //! The emulator's process: it never outlives its owner, and what it prints is kept for messages.
 
 use std::fs::File;
+use std::io::PipeWriter;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc;
@@ -19,16 +20,24 @@ pub(super) struct QemuProcess {
 }
 
 impl QemuProcess {
-    /// Starts `program` with its output going to the file `output`.
+    /// Starts `program` with its output going to the file `output`, or to `errors` what it says on its standard error.
     ///
     /// Where the system has `setpriv`, the kernel kills the emulator when the thread that started
     /// it ends, even if this process is killed without a chance to clean up: an orphan would keep
     /// a core busy for ever. That thread therefore does nothing else and lives as long as `Self`,
     /// whichever threads the owner is handed between.
-    pub(super) fn start(program: &Path, arguments: &[String], output: &Path) -> Result<Self, EmulatorError> {
+    pub(super) fn start(
+        program: &Path,
+        arguments: &[String],
+        output: &Path,
+        errors: Option<PipeWriter>,
+    ) -> Result<Self, EmulatorError> {
         let failed = |source| EmulatorError::system(format!("starting {program:?}"), source);
         let log = File::create(output).map_err(failed)?;
-        let log_too = log.try_clone().map_err(failed)?;
+        let errors = match errors {
+            Some(pipe) => Stdio::from(pipe),
+            None => Stdio::from(log.try_clone().map_err(failed)?),
+        };
         let mut command = if has_setpriv() {
             let mut wrapped = Command::new("setpriv");
             wrapped.arg("--pdeathsig=KILL").arg(program);
@@ -36,7 +45,7 @@ impl QemuProcess {
         } else {
             Command::new(program)
         };
-        command.args(arguments).stdin(Stdio::null()).stdout(log).stderr(log_too);
+        command.args(arguments).stdin(Stdio::null()).stdout(log).stderr(errors);
         let (report, started) = mpsc::channel();
         let (release, released) = mpsc::channel::<()>();
         let supervisor = std::thread::Builder::new()
@@ -104,7 +113,7 @@ mod tests {
         let directory = tempfile::tempdir().expect("temporary directory");
         let arguments = ["-c", "echo out; echo err >&2; exit 3"].map(str::to_owned);
         let log = directory.path().join("log");
-        let mut process = QemuProcess::start(Path::new("sh"), &arguments, &log).expect("a shell");
+        let mut process = QemuProcess::start(Path::new("sh"), &arguments, &log, None).expect("a shell");
         let status = (0..500).find_map(|_| {
             std::thread::sleep(std::time::Duration::from_millis(10));
             process.ended()
@@ -117,7 +126,7 @@ mod tests {
     fn dropping_ends_the_process_from_any_thread() {
         let directory = tempfile::tempdir().expect("temporary directory");
         let log = directory.path().join("log");
-        let start = move || QemuProcess::start(Path::new("sleep"), &["60".to_owned()], &log);
+        let start = move || QemuProcess::start(Path::new("sleep"), &["60".to_owned()], &log, None);
         let mut process = std::thread::spawn(start).join().expect("no panic").expect("sleep");
         std::thread::sleep(std::time::Duration::from_millis(50));
         assert!(process.ended().is_none(), "outlives the thread that asked for it");

@@ -15,7 +15,7 @@ mod supervision;
 
 use heapless::spsc::{Consumer, Producer};
 
-use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Outputs, Unusual};
+use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Lines, Outputs, Unusual};
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
 use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
@@ -109,6 +109,8 @@ pub struct TickOutput {
     pub steps_up: Option<bool>,
     /// Whether the drive may run, and the brake is open.
     pub drive: Outputs,
+    /// The same, and what others are told, as levels.
+    pub lines: Lines,
     /// Whether a telemetry sample was queued, so that somebody should be woken to send it.
     pub sample_queued: bool,
 }
@@ -151,6 +153,8 @@ pub struct Controller<'m> {
     drive: Drive,
     /// What [`Drive`] puts out.
     outputs: Outputs,
+    /// What goes to the pins, the charge pump in every other tick only.
+    lines: Lines,
     /// Whether somebody has said where the machine is, or an encoder has watched it since.
     position_known: bool,
     /// Whether the tick has to look at more than it does every time: the drive is not simply enabled, or an input is unusual.
@@ -230,6 +234,7 @@ impl<'m> Controller<'m> {
             latch: Latch::default(),
             drive: Drive::default(),
             outputs: Outputs::default(),
+            lines: Lines::CHARGE_PUMP,
             position_known: false,
             attention: true,
             past_shaper: false,
@@ -273,7 +278,7 @@ impl<'m> Controller<'m> {
     }
 
     #[inline]
-    fn publish(&self, encoder: Option<Nanometres>) -> (Flags, Activity) {
+    fn publish(&mut self, encoder: Option<Nanometres>) -> (Flags, Activity) {
         let (flags, activity) = (self.flags(), self.activity());
         self.links.status.publish(activity, self.tick, self.command, self.setpoint);
         self.links.status.publish_faults(self.latch.fault(), flags, encoder);
@@ -326,6 +331,7 @@ impl<'m> Controller<'m> {
             step_period: train.map_or(0, |train| train.period),
             steps_up: train.map(|train| train.up),
             drive: self.outputs,
+            lines: self.lines.in_tick(self.tick),
             sample_queued,
         }
     }
@@ -531,6 +537,7 @@ impl<'m> Controller<'m> {
     }
 
     fn change_motion(&mut self, next: Motion<'m>) {
+        self.lines = self.lines.with(Lines::IN_POSITION, false);
         if let Motion::Planned(plan) = core::mem::replace(&mut self.motion, next) {
             self.give_back(plan.into_memory());
         }
@@ -540,14 +547,20 @@ impl<'m> Controller<'m> {
         matches!(self.motion, Motion::Hold) && self.shaping.is_settled(self.quiet_ticks)
     }
 
+    /// What the machine does; and where it holds, whether it is in position, which is known here without a question that a move
+    /// would be asked, too. What begins a motion, a fault or the end of a drive says at once that it is not.
     #[inline]
-    fn activity(&self) -> Activity {
+    fn activity(&mut self) -> Activity {
         match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Planned(plan) => plan.activity(),
             Motion::Stop(_) | Motion::Braking(_) => Activity::Stopping,
-            Motion::Hold if self.shaping.is_settled(self.quiet_ticks) => Activity::Rest,
-            Motion::Hold => Activity::Settling,
+            Motion::Hold => {
+                let settled = self.shaping.is_settled(self.quiet_ticks);
+                let wrong = self.conditions.flags.contains(Flags::ENCODER_OFF);
+                self.lines = self.lines.with(Lines::IN_POSITION, settled & !wrong & self.outputs.enable);
+                if settled { Activity::Rest } else { Activity::Settling }
+            }
         }
     }
 

@@ -15,13 +15,15 @@ const STEP_TIMER_END: u32 = STEP_TIMER + LENGTH;
 const TICK_COUNTER: u32 = 0x4001_4024;
 /// Port A's set and reset register: the direction.
 const PORT_A: u32 = 0x4002_0018;
-/// Port B's: enable and brake.
+/// Port B's: enable, brake, and what others are told.
 const PORT_B: u32 = 0x4002_0418;
 /// The analog output's data.
 const ANALOG: u32 = 0x4000_7408;
 
 const DIRECTION_PIN: u32 = 11;
 const ENABLE_PIN: u32 = 0;
+const IN_POSITION_PIN: u32 = 5;
+const CHARGE_PUMP_PIN: u32 = 6;
 const BRAKE_PIN: u32 = 10;
 
 /// The clock of the step timer.
@@ -40,6 +42,10 @@ pub struct TickRecord {
     pub enabled: bool,
     /// Whether the brake is open.
     pub brake_open: bool,
+    /// The line "in position".
+    pub in_position: bool,
+    /// The charge pump's level.
+    pub charge_pump: bool,
 }
 
 /// What must never happen, counted.
@@ -143,6 +149,8 @@ impl MachineSide {
                 analog: self.analog,
                 enabled: self.is_enabled(),
                 brake_open: self.port_b & (1 << BRAKE_PIN) != 0,
+                in_position: self.port_b & (1 << IN_POSITION_PIN) != 0,
+                charge_pump: self.port_b & (1 << CHARGE_PUMP_PIN) != 0,
             });
         }
         self.ticking = true;
@@ -201,12 +209,19 @@ mod tests {
     #[test]
     fn a_train_of_an_enabled_drive_is_counted_in_its_tick() {
         let mut machine = stepping();
-        store(&mut machine, PORT_B, 1 << ENABLE_PIN | 1 << BRAKE_PIN);
+        store(&mut machine, PORT_B, 1 << ENABLE_PIN | 1 << BRAKE_PIN | 1 << CHARGE_PUMP_PIN);
         store(&mut machine, PORT_A, 1 << DIRECTION_PIN);
         store(&mut machine, ANALOG, 2048);
         train(&mut machine);
         tick(&mut machine);
-        let expected = TickRecord { counts: 3, analog: 2048, enabled: true, brake_open: true };
+        let expected = TickRecord {
+            counts: 3,
+            analog: 2048,
+            enabled: true,
+            brake_open: true,
+            in_position: false,
+            charge_pump: true,
+        };
         assert_eq!((machine.ticks(), machine.mishaps()), (&[expected][..], Mishaps::default()));
         store(&mut machine, PORT_A, 1 << (DIRECTION_PIN + 16));
         train(&mut machine);

@@ -4,6 +4,7 @@
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stillbeam_firmware::control::{Inputs, TickOutput};
+use stillbeam_firmware::drive::Lines;
 use stillbeam_host_tests::bench::Bench;
 
 const VELOCITY_MM_S: f64 = 200.0;
@@ -101,8 +102,10 @@ impl Session {
     }
 
     fn look(&mut self, output: &TickOutput) {
-        let TickOutput { setpoint, drive, .. } = *output;
+        let TickOutput { setpoint, drive, lines, .. } = *output;
         assert!(drive.enable || !drive.brake_open);
+        let of_drive = [Lines::ENABLE, Lines::BRAKE_OPEN].map(|line| lines.contains(line));
+        assert_eq!(of_drive, [drive.enable, drive.brake_open], "what goes to the pins");
         let now = setpoint.0;
         let (earlier, before, was_enabled) = self.previous.unwrap_or((now, now, drive.enable));
         self.previous = Some((before, now, drive.enable));
@@ -114,6 +117,11 @@ impl Session {
             self.off_ticks += 1;
             assert!(now == before, "the setpoint moves while the drive is off");
         }
+        let stands = now == before && drive.enable;
+        assert!(
+            stands || !lines.contains(Lines::IN_POSITION),
+            "in position while it moves, or with the drive off"
+        );
         let (old, new) = (f64::from(before - earlier), f64::from(now - before));
         let velocity = VELOCITY_MM_S * 1e6 / RATE_HZ + ROUNDING_NM;
         assert!(new.abs() <= velocity, "{new} nm in a tick, {velocity} are permitted");

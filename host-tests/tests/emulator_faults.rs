@@ -137,7 +137,8 @@ fn last_writes(
 fn a_panic_and_a_hard_fault_make_the_outputs_safe_before_they_write_the_record() {
     let Some(image) = image() else { return };
     let site = panic_site::find(&image).expect("an image has places that panic");
-    const DISABLED: (u32, u32) = (DRIVE_ENABLE, 1 << 16 | 1 << 26);
+    // Enable, "in position", charge pump and brake.
+    const DISABLED: (u32, u32) = (DRIVE_ENABLE, 1 << 16 | 1 << 21 | 1 << 22 | 1 << 26);
     const NO_STEPS: (u32, u32) = (STEP_TIMER, 1 << 3);
     const STANDSTILL: (u32, u32) = (ANALOG, 2048);
     for (quantity, safe) in

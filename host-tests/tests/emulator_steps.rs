@@ -137,6 +137,8 @@ fn every_tick_is_the_setpoints(board: &mut Board) {
         let code = 2048.0 + mm * 1799.0 / 250.0;
         assert!((f64::from(record.analog) - code).abs() <= 0.5001, "{record:?} for {code}");
         assert!(record.enabled && record.brake_open);
+        assert_eq!(record.in_position, sample.activity.name() == "rest", "in tick {}", sample.tick);
+        assert_eq!(record.charge_pump, sample.tick % 2 == 0, "it changes with every tick");
         moving += usize::from(sample.activity.name() == "moving");
     }
     assert!(moving > 200, "{moving} ticks of a motion");
@@ -167,7 +169,9 @@ fn every_edge_is_the_setpoints(kind: &str) {
         board.say(&["emergency"]);
         while board.status("drive") != "fault" {}
         let last = board.last_tick();
-        assert!(!last.enabled && !last.brake_open, "{last:?}");
+        assert!(!last.enabled && !last.brake_open && !last.in_position, "{last:?}");
+        let held: Vec<bool> = board.machine().ticks().iter().rev().take(20).map(|t| t.charge_pump).collect();
+        assert_eq!(held, [false; 20], "it stands still while a fault holds the machine");
     });
 
     board.one_way("enabled again", |board| {

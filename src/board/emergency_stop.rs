@@ -9,7 +9,7 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Pupdr;
 
 use super::outputs;
-use crate::drive::Outputs;
+use crate::drive::Lines;
 use crate::settings::EmergencyInput;
 
 /// PB1, and the line of the same number.
@@ -77,7 +77,7 @@ pub fn is_active() -> bool {
 #[interrupt]
 fn EXTI1() {
     if AT_ONCE.load(Ordering::Relaxed) {
-        outputs::set_drive(Outputs::default());
+        outputs::set_lines(Lines::NONE);
     }
     EDGE.store(true, Ordering::Relaxed);
     pac::EXTI.pr(0).write(|pending| pending.set_line(PIN, true));

@@ -6,6 +6,8 @@
 //! | analog command | DAC1 channel 1, PA4 |
 //! | drive enable | PB0, high enables |
 //! | brake | PB10, high opens |
+//! | in position | PB5, high while the setpoint of an enabled drive stands still for good |
+//! | charge pump | PB6, changes with every tick while no fault holds the machine |
 //! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |

@@ -158,7 +158,7 @@ impl TickState {
         };
         self.counted = counted;
         let output = self.controller.tick_asking(inputs, step_pulses::is_busy);
-        outputs::set_drive(output.drive);
+        outputs::set_lines(output.lines);
         outputs::set_analog(output.analog);
         if let Some(train) = self.controller.train() {
             step_pulses::make(train.steps, train.period, train.up);

@@ -3,7 +3,7 @@
 //! All of it is apart from the tick, which then has registers enough for what it does every time.
 
 use super::{Controller, DriveEvent, Motion};
-use crate::drive::{Lacking, Times, Unusual};
+use crate::drive::{Lacking, Lines, Times, Unusual};
 use crate::fault::{Event, Fault};
 use crate::motion::StopPlan;
 use crate::servo::Pulses;
@@ -113,6 +113,7 @@ impl Controller<'_> {
             self.past_shaper = false;
         }
         self.outputs = now.outputs();
+        self.lines = self.lines.with_drive(self.outputs);
         self.conditions.put(Flags::DRIVE_DISABLED, !self.outputs.enable);
         self.links.status.publish_drive(now.state());
     }
@@ -182,6 +183,7 @@ impl Controller<'_> {
     /// Goes on after a fault.
     pub(super) fn clear(&mut self) {
         self.latch.clear();
+        self.lines = self.lines.with(Lines::CHARGE_PUMP, true);
         self.conditions.limit = false;
         self.note(Event::Cleared, 0);
         self.tell_drive(DriveEvent::Clear);
@@ -220,6 +222,7 @@ impl Controller<'_> {
     /// Reacts to a fault.
     pub(super) fn trip(&mut self, fault: Fault) {
         if let Some(stop) = self.latch.trip(fault, self.setup.reactions) {
+            self.lines = self.lines.with(Lines::IN_POSITION, false).with(Lines::CHARGE_PUMP, false);
             self.tell_drive(DriveEvent::Fault(stop));
         }
     }

@@ -3,6 +3,7 @@
 //! - [`machine`]: the states, what happens to them, and what they put out. Pure: an event in, the next machine out.
 //! - [`inputs`]: what the general inputs mean.
 //! - [`lacking`]: what enabling needs and is not there.
+//! - [`lines`]: the pins' levels, and what others are told.
 //! - [`setup`]: what the settings make of it.
 //!
 //! States have CiA 402's meaning: `disabled` is its *switch on disabled*, `enabled` its *operation enabled*, `stopping` its *quick
@@ -10,10 +11,12 @@
 
 pub mod inputs;
 pub mod lacking;
+pub mod lines;
 pub mod machine;
 pub mod setup;
 
 pub use inputs::{ActiveLevel, InputRole, InputRoles, Unusual};
 pub use lacking::Lacking;
+pub use lines::Lines;
 pub use machine::{Drive, Event, Outputs, State, Stop, Times};
 pub use setup::DriveSetup;

@@ -11,6 +11,7 @@
 //! - [`fault`]: what can go wrong and what is done about it.
 //! - [`restart`]: why the firmware starts, and what a crash has left.
 //! - [`brown_out`]: below which supply the chip keeps itself in reset.
+//! - [`self_test`]: what a board finds when it tests itself.
 //! - [`watchdog`]: when it may be fed, and how long it waits.
 //! - [`control`]: the tick, all that the interrupt does.
 //! - [`settings`]: what a person can set, with meaning, unit, range and default.
@@ -31,6 +32,7 @@ pub mod machine;
 pub mod motion;
 pub mod real_time;
 pub mod restart;
+pub mod self_test;
 pub mod servo;
 pub mod settings;
 pub mod shaper;

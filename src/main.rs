@@ -19,7 +19,8 @@ mod image {
     use stillbeam_firmware::board::serial::LineErrors;
     use stillbeam_firmware::board::{
         self, brown_out, clocks, core_coupled, crash, digital_inputs, emergency_stop, encoder, executor,
-        flash_accelerator, image, outputs, restart, serial, step_pulses, supply, tick_timer, watchdog,
+        flash_accelerator, image, outputs, restart, self_test, serial, step_pulses, supply, tick_timer,
+        watchdog,
     };
     use stillbeam_firmware::console::{CommandError, Console, Effect, Identity, MAX_REPLY};
     use stillbeam_firmware::drive::State;
@@ -92,7 +93,7 @@ mod image {
         tick_timer::start(parts.controller, parts.console.clocks_per_tick());
         watchdog::start();
         // The one task there is finds its place free.
-        serve(parts.console, restored, store, parts.samples).ok()
+        serve(parts.console, restored, store, parts.samples, clock).ok()
     }
 
     /// Answers the console and sends samples, for ever.
@@ -102,6 +103,7 @@ mod image {
         restored: Result<(), CommandError<'static>>,
         mut store: SettingsStore<SettingsSectors>,
         mut samples: Consumer<'static, Sample>,
+        clock: clocks::Source,
     ) {
         let mut followed = Followed::by(&console);
         let mut text = String::<MAX_REPLY>::new();
@@ -155,6 +157,10 @@ mod image {
                 Some(Effect::ForgetCrash) => {
                     crash::forget();
                     console.crash_forgotten(&mut text);
+                }
+                Some(Effect::SelfTest) => {
+                    console.self_tested(self_test::run(clock), &mut text);
+                    board::follow(console.settings().drive(), console.tick_rate());
                 }
                 Some(Effect::SetBrownOut(level)) => {
                     watchdog::set_patience(Patience::SAVING);

@@ -6,6 +6,7 @@ use stillbeam_firmware::console::{Console, Effect, Identity, MAX_REPLY};
 use stillbeam_firmware::control::{Controller, Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, TIMER_CLOCK_HZ};
 use stillbeam_firmware::restart::Restart;
+use stillbeam_firmware::self_test::SelfTest;
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::{Activity, Sample};
 
@@ -30,6 +31,8 @@ pub struct Bench {
     outputs: Option<Vec<TickOutput>>,
     /// The brown-out level that the option bytes keep whatever is written, where they do not take another.
     stuck_brown_out: Option<BrownOut>,
+    /// What a test of the board finds.
+    found: SelfTest,
 }
 
 impl Bench {
@@ -150,6 +153,11 @@ impl Bench {
         self.stuck_brown_out = Some(level);
     }
 
+    /// From now on a test of the board finds this.
+    pub fn set_found(&mut self, found: SelfTest) {
+        self.found = found;
+    }
+
     fn start(flash: MockFlash, restart: Restart) -> Self {
         let machine: &'static mut Machine<'static> = Box::leak(Box::new(Machine::new()));
         let histories = [(); 2].map(|()| Box::leak(Box::new([0; HISTORY_SAMPLES])));
@@ -173,6 +181,7 @@ impl Bench {
             inputs: Inputs::default(),
             outputs: None,
             stuck_brown_out: None,
+            found: SelfTest::default(),
         };
         bench.send("echo off");
         bench
@@ -216,6 +225,7 @@ impl Bench {
                     self.console.saved(saved, &mut reply);
                 }
                 Some(Effect::Reboot(_)) => {}
+                Some(Effect::SelfTest) => self.console.self_tested(self.found.clone(), &mut reply),
                 Some(Effect::SetBrownOut(level)) => {
                     let found = self.stuck_brown_out.unwrap_or(level);
                     self.console.brown_out_set(level, found, &mut reply);

@@ -41,6 +41,7 @@ pub mod flash_accelerator;
 pub mod image;
 pub mod outputs;
 pub mod restart;
+pub mod self_test;
 pub mod serial;
 pub mod step_pulses;
 pub mod supply;

@@ -69,7 +69,7 @@ pub fn configure() {
 const TICK_TRIGGER: u8 = 4;
 
 /// From now on a code that is written goes out with the next tick's beginning, whenever in the tick it was written: what the
-/// tick has to compute does not move it. Call once, when the tick's timer runs.
+/// tick has to compute does not move it. Call when the tick's timer runs.
 pub fn latch_by_tick() {
     pac::DAC1.cr().modify(|control| {
         control.set_tsel(0, TICK_TRIGGER);
@@ -89,6 +89,12 @@ pub fn set_lines(lines: Lines) {
     // There is a change for each number.
     let change = CHANGES.get(lines.number()).copied().unwrap_or(Bsrr(0));
     pac::GPIOB.bsrr().write_value(change);
+}
+
+/// Puts an analog code out without waiting for a tick, and those after it. [`latch_by_tick`] goes back to that.
+pub fn show_at_once(code: DacCode) {
+    pac::DAC1.cr().modify(|control| control.set_ten(0, false));
+    set_analog(code);
 }
 
 /// The analog code for standing still, or [`HOLD`].

@@ -96,7 +96,13 @@ fn connect(kind: PulseKind) {
 /// Whether the steps of an earlier tick are still being made, or the output is not yet set up as `wanted`.
 #[inline]
 pub fn is_busy(wanted: PulseConfiguration) -> bool {
-    CONFIGURED.load(Ordering::Relaxed) != wanted.0 || pac::TIM1.cr1().read().cen()
+    CONFIGURED.load(Ordering::Relaxed) != wanted.0 || is_making()
+}
+
+/// Whether steps are still being made.
+#[inline]
+pub fn is_making() -> bool {
+    pac::TIM1.cr1().read().cen()
 }
 
 /// Makes `steps` steps of `period` counts each, which is zero for none, and shows their direction, `up`, or that of the steps to

@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 38] = [
+static COMMANDS: [(&str, &str); 39] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -44,6 +44,7 @@ static COMMANDS: [(&str, &str); 38] = [
     ("encoder reference", "says that the machine is where the setpoint is"),
     ("reboot", "starts the firmware anew; at rest only"),
     ("dfu", "starts the chip's own bootloader, for a new firmware over USB; at rest only"),
+    ("selftest", "steps against the encoder (jumpers PA8-PC6, PA11-PC7), analog output, crystal; drive off"),
     (
         "brownout set off|level_1|level_2|level_3",
         "the supply below which the chip stays in reset, into its option bytes; while the drive is off",

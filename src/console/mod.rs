@@ -73,6 +73,8 @@ pub enum Effect {
     ForgetCrash,
     /// Start anew.
     Reboot(Start),
+    /// Let the board test itself and tell [`Console::self_tested`] what it found.
+    SelfTest,
     /// Write the level into the option bytes and tell [`Console::brown_out_set`] what they say then.
     SetBrownOut(BrownOut),
 }

@@ -1,4 +1,4 @@
-//! What concerns the board itself: `reboot`, `dfu`, `brownout`.
+//! What concerns the board itself: `reboot`, `dfu`, `selftest`, `brownout`.
 
 use core::fmt::Write;
 
@@ -8,6 +8,7 @@ use crate::brown_out::BrownOut;
 use crate::console::error::CommandError;
 use crate::console::{Console, Effect};
 use crate::restart::Start;
+use crate::self_test::SelfTest;
 
 impl Console<'_> {
     /// `reboot` and `dfu`.
@@ -21,6 +22,31 @@ impl Console<'_> {
         say(out, format_args!("ok {command}"));
         self.effect = Some(Effect::Reboot(start));
         Ok(())
+    }
+
+    /// Asks the board to test itself. The reply comes when it has.
+    pub(super) fn test_board(&mut self) -> Result<(), CommandError<'static>> {
+        const COMMAND: &str = "selftest";
+        self.require_drive_off(COMMAND)?;
+        self.require_still(COMMAND)?;
+        self.effect = Some(Effect::SelfTest);
+        Ok(())
+    }
+
+    /// Ends the reply to `selftest`, with the tick's time beside what the board has found.
+    pub fn self_tested(&mut self, mut test: SelfTest, out: &mut dyn Write) {
+        if let Some([_, worst, period]) = self.tick_cycles() {
+            test.note("tick_cycles", (1, period.cast_signed()), Some(worst.cast_signed()));
+        }
+        self.reply(out, |_, out| {
+            say(out, format_args!("{}", SelfTest::HEADING));
+            for check in test.checks() {
+                say(out, format_args!("{check}"));
+            }
+            let (failed, all) = (test.failed(), test.checks().len());
+            say(out, format_args!("ok selftest passed={} failed={failed}", all - failed));
+        });
+        self.prompt(out);
     }
 
     /// Asks the board to write a brown-out level. The reply comes when it has.

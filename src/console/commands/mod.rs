@@ -57,6 +57,7 @@ impl Console<'_> {
                 no_more(words, "reboot", "reboot").and_then(|()| self.reboot("reboot", Start::Firmware, out))
             }
             "dfu" => no_more(words, "dfu", "dfu").and_then(|()| self.reboot("dfu", Start::Bootloader, out)),
+            "selftest" => no_more(words, "selftest", "selftest").and_then(|()| self.test_board()),
             "brownout" => self.set_brown_out(words),
             "crash" => self.clear_crash(words),
             "stream" => self.stream(words, out),

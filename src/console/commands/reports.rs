@@ -68,16 +68,23 @@ impl Console<'_> {
         }
     }
 
-    /// Of the tick, in cycles of the core. A counter beyond the slowest tick is none that begins anew with each: the emulator's.
-    fn print_durations(&self, out: &mut dyn Write) {
+    /// Of the tick, in cycles of the core: the last one, the longest one, and from one to the next. `None` where the counter is beyond
+    /// the slowest tick and so is none that begins anew with each: the emulator's.
+    pub(super) fn tick_cycles(&self) -> Option<[u32; 3]> {
         let (last, worst) = self.status.durations();
         let slowest = f64::from(self.identity.timer_clock_hz) / TickRate::RANGE_HZ.0;
-        if f64::from(worst) > slowest {
-            return say(out, format_args!("tick_cycles unknown"));
+        let known = f64::from(worst) <= slowest;
+        let clocks = [last, worst, self.clocks_per_tick()];
+        known.then(|| clocks.map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK))
+    }
+
+    fn print_durations(&self, out: &mut dyn Write) {
+        match self.tick_cycles() {
+            None => say(out, format_args!("tick_cycles unknown")),
+            Some([last, worst, period]) => {
+                say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
+            }
         }
-        let period = self.clocks_per_tick();
-        let [last, worst, period] = [last, worst, period].map(|clocks| clocks * CORE_CYCLES_PER_TIMER_CLOCK);
-        say(out, format_args!("tick_cycles last={last} worst={worst} period={period}"));
     }
 
     pub(super) fn print_status(&mut self, out: &mut dyn Write) {

@@ -12,6 +12,7 @@ use embassy_futures::block_on;
 use stillbeam_firmware::console::{Console, Effect, Identity};
 use stillbeam_firmware::control::{Inputs, TickOutput};
 use stillbeam_firmware::machine::{HISTORY_SAMPLES, Machine, Parts, TIMER_CLOCK_HZ};
+use stillbeam_firmware::self_test::SelfTest;
 use stillbeam_firmware::settings::SettingsStore;
 use stillbeam_firmware::telemetry::sender::Sender;
 
@@ -128,6 +129,10 @@ impl ByteLink for InProcessBoard {
                     self.say(|console, text| console.saved(saved, text));
                 }
                 Some(Effect::Reboot(_)) => {}
+                // There are no pins.
+                Some(Effect::SelfTest) => {
+                    self.say(|console, text| console.self_tested(SelfTest::default(), text));
+                }
                 Some(Effect::SetBrownOut(level)) => {
                     self.say(|console, text| console.brown_out_set(level, level, text));
                 }

@@ -78,10 +78,11 @@ impl Bench {
         self.session.command("stop")?;
         self.session.wait_for_rest(PATIENCE)?;
         let (least, median, most) = cost.summary().ok_or("no tick was counted")?;
+        let cycles = cost.cycles.iter().max().ok_or("no tick was counted")?;
         let Case { modes, shaper, streams, motion } = case;
         Ok(format!(
             "[[tick]]\nmodes = {modes}\nshaper = \"{shaper}\"\nstreams = {streams}\nmotion = \"{}\"\n\
-             history_samples = {samples}\nleast = {least}\nmedian = {median}\nmost = {most}\n",
+             history_samples = {samples}\nleast = {least}\nmedian = {median}\nmost = {most}\ncycles = {cycles}\n",
             motion.name()
         ))
     }

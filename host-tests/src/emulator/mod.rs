@@ -12,6 +12,7 @@
 mod access;
 mod boot;
 pub mod clock_cover;
+pub mod cycles;
 mod error;
 mod image;
 pub mod interrupt_cost;

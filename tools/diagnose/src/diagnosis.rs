@@ -96,7 +96,6 @@ fn diagnosed(
     say("refitting the model within its own parameters", 0.05);
     let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;
-    say("trying the catalogue of physics", 0.2);
     study.draw_input_errors(&compared.refitted);
     let is_exact = study.is_exact(&compared.refitted_on_all);
     let fits_noise = |study: &Study, compared: &Compared| {
@@ -112,6 +111,7 @@ fn diagnosed(
             (linear, nothing_left) = (Some(plain), true);
         }
     }
+    say("trying the catalogue of physics", 0.2);
     let catalogue = if is_exact { Vec::new() } else { catalogue(&study, &compared, options) };
     let linear_tie = linear.and_then(|(plain, before)| tie((&plain, &before.refitted), &study, &catalogue));
     let read_off: Vec<Candidate> = if nothing_left {
@@ -315,7 +315,7 @@ const COLOURED: &str = " That noise is not white: a disturbance from outside tha
 
 /// How much may be overlooked.
 fn bounded(excess: f64) -> String {
-    format!(" What is left may have {:.2} % more power than noise, at most.", 100.0 * excess)
+    format!(" What is left has at most {:.1} % more power than noise.", 100.0 * excess)
 }
 
 /// The verdict in words, with the numbers of the first output that was recorded.

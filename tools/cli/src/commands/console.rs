@@ -30,7 +30,8 @@ const LONGEST_WAIT: Duration = Duration::from_secs(2 * 3600);
 Example:
   stillbeam console --port /dev/ttyACM0
   stillbeam console --port /dev/ttyACM0 --command 'set mode1.frequency_hz 1.1' --command apply
-  stillbeam console --port core --command 'move 50' --command wait --command status")]
+  stillbeam console --port core --command 'set emergency.input waived' --command apply \\
+    --command 'position set 0' --command enable --command 'move 50' --command wait --command status")]
 pub struct ConsoleArgs {
     /// The serial port; with --command also core or qemu
     #[arg(long, value_name = "PATH")]

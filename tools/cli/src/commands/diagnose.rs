@@ -27,7 +27,7 @@ pub struct DiagnoseArgs {
     /// Model file
     #[arg(value_name = "MODEL.toml")]
     model: PathBuf,
-    /// Recordings to train on; one whose side file says role = \"held_out\" is held out
+    /// Recordings to train on; one whose side file says role = "held_out" is held out
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Recordings to judge on, never trained on

@@ -57,6 +57,7 @@ fn judge(recorded: &Numbers, measured: &Numbers) -> Result<String, Failure> {
         let then = recorded.tick.iter().find(|tick| tick.is_same_case(now));
         let then = then.ok_or_else(|| missing(what.clone()))?;
         compare(format!("instructions of a tick, {what}"), then.median.into(), now.median.into())?;
+        compare(format!("cycles of a tick by the model, {what}"), then.cycles.into(), now.cycles.into())?;
     }
     let goals = measured.goals().ok_or_else(|| missing("tick with a goal".to_owned()))?;
     within("instructions of the cascade of 2 modes of zvdd", CASCADE_GOAL, goals.cascade)?;
@@ -129,6 +130,7 @@ mod tests {
         assert!(said.contains("RAM in bytes") && said.contains("deepest stack in bytes"), "{said}");
         let failures = [
             changed(|now| now.tick.last_mut().expect("a tick").median *= 2),
+            changed(|now| now.tick.last_mut().expect("a tick").cycles *= 2),
             changed(|now| now.size.as_mut().expect("sizes").text += 10_000),
             changed(|now| now.size.as_mut().expect("sizes").bss += 10_000),
             changed(|now| now.stack.as_mut().expect("a stack").bytes += 2_000),

@@ -11,6 +11,11 @@ pub const CASCADE_GOAL: u32 = 150;
 /// Instructions that the whole interrupt of a move through it may take.
 pub const INTERRUPT_GOAL: u32 = 500;
 
+/// Cycles of the processor, at 168 MHz, in a tick at 20 kHz.
+pub const FASTEST_TICK_CYCLES: u32 = 8400;
+/// Cycles that the tick that takes most may take of it: 60 %.
+pub const CYCLE_GOAL: u32 = FASTEST_TICK_CYCLES / 10 * 6;
+
 /// What there are goals for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Goals {
@@ -52,6 +57,8 @@ pub struct TickNumbers {
     pub median: u32,
     /// Most instructions of a tick.
     pub most: u32,
+    /// Most cycles of a tick, by the model.
+    pub cycles: u32,
 }
 
 /// Sections with interrupts masked.

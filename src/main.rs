@@ -51,8 +51,9 @@ mod image {
         executor::sleep()
     }
 
-    /// Sets everything up and returns the one task there is. Not part of `main`, whose stack is never given back: what
-    /// lies there for a moment, the machine's parts and the task before it is in its place, takes more than 10 KiB.
+    /// Sets everything up and returns the one task there is. Not part of `main`, whose stack is never given
+    /// back: what lies there for a moment, the machine's parts and the task before it is in its place, takes
+    /// more than 10 KiB.
     #[inline(never)]
     fn start_up() -> Option<SpawnToken<impl Sized>> {
         restart::enter_bootloader_if_asked();

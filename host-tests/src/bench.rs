@@ -59,8 +59,8 @@ impl Bench {
         bench
     }
 
-    /// Says all that enabling needs, as a person would, and ticks until the drive is enabled. The machine is taken to stand where
-    /// the setpoint is.
+    /// Says all that enabling needs, as a person would, and ticks until the drive is enabled. The machine is
+    /// taken to stand where the setpoint is.
     ///
     /// # Panics
     /// When the drive does not come up.
@@ -202,7 +202,8 @@ impl Bench {
         self.store.into_flash()
     }
 
-    /// Sends a line and returns the lines of the reply. Ticks while a request waits, as time would pass on the board.
+    /// Sends a line and returns the lines of the reply. Ticks while a request waits, as time would pass on
+    /// the board.
     pub fn send(&mut self, line: &str) -> Vec<String> {
         self.send_bytes(format!("{line}\r").as_bytes()).lines().map(str::to_owned).collect()
     }
@@ -291,8 +292,8 @@ impl Bench {
         std::mem::take(&mut self.log_nm)
     }
 
-    /// Outputs of all ticks since this was called last, those in which a request was taken too. From the first call on there is no
-    /// log of setpoints.
+    /// Outputs of all ticks since this was called last, those in which a request was taken too. From the
+    /// first call on there is no log of setpoints.
     pub fn take_outputs(&mut self) -> Vec<TickOutput> {
         self.outputs.replace(Vec::new()).unwrap_or_default()
     }

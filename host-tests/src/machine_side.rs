@@ -1,8 +1,8 @@
-//! What stands behind the pins of the released image: the step timer with a drive that counts, the lines of drive and brake, and the
-//! analog output, all made from the image's accesses to their registers.
+//! What stands behind the pins of the released image: the step timer with a drive that counts, the lines of
+//! drive and brake, and the analog output, all made from the image's accesses to their registers.
 //!
-//! The accesses come without their times. A tick begins where the image reads TIM9; a train is taken to begin 1/32 of the tick later,
-//! which leaves it its 15/16.
+//! The accesses come without their times. A tick begins where the image reads TIM9; a train is taken to begin
+//! 1/32 of the tick later, which leaves it its 15/16.
 
 use crate::emulator::thumb::Direction;
 use crate::emulator::unmodelled::Access;

@@ -1,4 +1,5 @@
-//! The brown-out level by the console: asked for with the drive off only, and reported as the option bytes hold it.
+//! The brown-out level by the console: asked for with the drive off only, and reported as the option bytes
+//! hold it.
 
 use stillbeam_firmware::brown_out::BrownOut;
 use stillbeam_host_tests::bench::Bench;

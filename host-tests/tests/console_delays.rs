@@ -1,5 +1,5 @@
-//! How long the live shaper is and how far it delays: the numbers that the console prints, against closed forms and against what
-//! the setpoint does.
+//! How long the live shaper is and how far it delays: the numbers that the console prints, against closed
+//! forms and against what the setpoint does.
 
 use stillbeam_firmware::telemetry::{Activity, Sample};
 use stillbeam_host_tests::bench::Bench;
@@ -42,7 +42,8 @@ fn power(kind: &str) -> f64 {
         + 1.0
 }
 
-/// The centroid of ZV is K/(1 + K) half periods, K the decay over one of them; its n-th convolution with itself has n times that.
+/// The centroid of ZV is K/(1 + K) half periods, K the decay over one of them; its n-th convolution with
+/// itself has n times that.
 fn centroid_ms(mode: (f64, f64, &str)) -> f64 {
     let (_, damping_ratio, kind) = mode;
     let damped = (1.0 - damping_ratio * damping_ratio).sqrt();
@@ -136,8 +137,8 @@ fn the_setpoint_of_a_steady_motion_is_behind_by_the_printed_delay() {
     }
 }
 
-/// The same after changes on the way: delay and lag together. `info`, `get` and the reply to the change agree, and the next motion
-/// is without the lag again.
+/// The same after changes on the way: delay and lag together. `info`, `get` and the reply to the change
+/// agree, and the next motion is without the lag again.
 #[test]
 fn after_a_live_change_the_setpoint_is_behind_by_delay_and_lag_and_info_says_both() {
     let off = || vec!["shaper off".to_owned()];

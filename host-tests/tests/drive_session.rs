@@ -1,5 +1,6 @@
-//! Long random sessions: whatever is said, whatever happens at the inputs and whenever ticks are missed, the drive is never enabled
-//! without `enable`, the setpoint never steps, no limit is exceeded and every stop ends in its time.
+//! Long random sessions: whatever is said, whatever happens at the inputs and whenever ticks are missed, the
+//! drive is never enabled without `enable`, the setpoint never steps, no limit is exceeded and every stop
+//! ends in its time.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -126,7 +127,8 @@ impl Session {
         let velocity = VELOCITY_MM_S * 1e6 / RATE_HZ + ROUNDING_NM;
         assert!(new.abs() <= velocity, "{new} nm in a tick, {velocity} are permitted");
         assert!(now.abs() <= TRAVEL_NM + 1000, "{now} nm is beyond the travel");
-        // A coast ends the setpoint's motion at once; while tables go over the acceleration may be twice as much.
+        // A coast ends the setpoint's motion at once; while tables go over the acceleration may be twice as
+        // much.
         let acceleration = 2.0 * ACCELERATION_MM_S2 * 1e6 / (RATE_HZ * RATE_HZ) + 2.0 * ROUNDING_NM;
         assert!(!drive.enable || (new - old).abs() <= acceleration, "from {old} to {new} nm per tick");
     }
@@ -148,7 +150,8 @@ impl Session {
     /// After a run of ticks: how long a stop has taken.
     fn check_stop(&mut self, ticks: u32) {
         if self.bench.line("drive") == "stopping" {
-            // From the first look that finds it stopping on. Nothing but what is said between two runs begins another.
+            // From the first look that finds it stopping on. Nothing but what is said between two runs begins
+            // another.
             self.stopping_for = Some(self.stopping_for.map_or(0, |before| before + ticks));
             // 200 mm/s at 4 m/s2 are 50 ms and a quarter more, the brake takes 3 ms.
             assert!(self.stopping_for < Some(270), "a stop of {:?} ticks", self.stopping_for);

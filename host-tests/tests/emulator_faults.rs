@@ -84,8 +84,9 @@ const ANALOG: u32 = 0x4000_7408;
 const DISABLE_INTERRUPT: u32 = 0xe000_e180;
 const TICK: u32 = 1 << 28;
 
-/// What the image writes there after it has failed, in order: the place, and the value of a register. The tick, which writes to the same
-/// outputs, is off: virtual time goes on to the next one whenever the CPU is resumed, so there would be nothing but ticks.
+/// What the image writes there after it has failed, in order: the place, and the value of a register. The
+/// tick, which writes to the same outputs, is off: virtual time goes on to the next one whenever the CPU is
+/// resumed, so there would be nothing but ticks.
 fn last_writes(
     emulator: &mut Emulator,
     break_it: impl FnOnce(&mut dyn FnMut(u8, u32), &mut dyn FnMut(u32, &[u8])),
@@ -131,8 +132,9 @@ fn last_writes(
     (writes, record)
 }
 
-/// The drive is disabled first, by one store; then the steps, then the analog output if it is a speed. All of it twice, because a tick may come
-/// between, and then the record; after that nothing. So nothing that goes wrong with the record leaves the machine running.
+/// The drive is disabled first, by one store; then the steps, then the analog output if it is a speed. All of
+/// it twice, because a tick may come between, and then the record; after that nothing. So nothing that goes
+/// wrong with the record leaves the machine running.
 #[test]
 fn a_panic_and_a_hard_fault_make_the_outputs_safe_before_they_write_the_record() {
     let Some(image) = image() else { return };
@@ -213,7 +215,8 @@ fn a_reset_without_a_crash_leaves_a_drive_that_is_off_until_it_is_enabled() {
     let Some(image) = image() else { return };
     let mut emulator = boot(&image);
     for _ in 0..2 {
-        // At once: a reset late in virtual time is refused, and on a busy machine time runs while the console talks.
+        // At once: a reset late in virtual time is refused, and on a busy machine time runs while the console
+        // talks.
         emulator.reset(SOFTWARE_RESET, BOOT_LIMIT).expect("it starts again");
     }
     let mut session = talk(&emulator);
@@ -245,7 +248,8 @@ fn a_reset_so_late_that_the_tick_would_stand_still_is_an_error() {
     let Some(image) = image() else { return };
     let mut emulator = boot(&image);
     let mut session = talk(&emulator);
-    // A second of the board is 84 ms of virtual time, whatever the tick rate; the fewer ticks, the sooner it is over.
+    // A second of the board is 84 ms of virtual time, whatever the tick rate; the fewer ticks, the sooner it
+    // is over.
     for line in ["set tick.rate_hz 500", "apply"] {
         session.command_when_ready(line).expect(line);
     }
@@ -303,7 +307,8 @@ fn an_edge_at_the_emergency_input_stops_the_machine_until_cleared_and_enabled() 
     let Some(image) = image() else { return };
     let mut emulator = boot(&image);
     let mut session = talk(&emulator);
-    // The emulator has no port B to drive. The edge's interrupt is set pending as the edge would: EXTI1 is number 7.
+    // The emulator has no port B to drive. The edge's interrupt is set pending as the edge would: EXTI1 is
+    // number 7.
     const PEND: u32 = 0xe000_e200;
     for category in ["category_0", "category_1"] {
         session.disable_drive().expect("off");

@@ -1,4 +1,5 @@
-//! What the unmodified release image writes into the chip's option bytes: the brown-out level, and nothing else of them.
+//! What the unmodified release image writes into the chip's option bytes: the brown-out level, and nothing
+//! else of them.
 
 use std::path::PathBuf;
 use std::sync::Mutex;

@@ -1,5 +1,5 @@
-//! `selftest` of the unmodified release image, against models of the step timer, the encoder's counter and the converter; with the
-//! jumpers that docs/wiring.md asks for, and without.
+//! `selftest` of the unmodified release image, against models of the step timer, the encoder's counter and
+//! the converter; with the jumpers that docs/wiring.md asks for, and without.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -97,8 +97,8 @@ impl Registers for Machine {
     }
 }
 
-/// Switches the tick's interrupt, TIM2 of number 28, off or on. Each access that is served lets virtual time go on to the next tick,
-/// so there would be nothing but ticks; and the tick reads the encoder.
+/// Switches the tick's interrupt, TIM2 of number 28, off or on. Each access that is served lets virtual time
+/// go on to the next tick, so there would be nothing but ticks; and the tick reads the encoder.
 fn switch_tick(emulator: &mut Emulator, on: bool) {
     let register = if on { 0xe000_e100 } else { 0xe000_e180 };
     let mut client = emulator.debug().expect("a link");

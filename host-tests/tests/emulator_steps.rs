@@ -1,5 +1,6 @@
-//! Steps of the unmodified release image, counted edge by edge by the drive's side of the step timer, and the lines of drive and brake
-//! beside them: through moves, applies, stops, an emergency, a drive that is enabled again and another tick rate.
+//! Steps of the unmodified release image, counted edge by edge by the drive's side of the step timer, and the
+//! lines of drive and brake beside them: through moves, applies, stops, an emergency, a drive that is enabled
+//! again and another tick rate.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -12,7 +13,8 @@ use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions, REST_LIMIT};
 use stillbeam_host_tests::machine_side::{MachineSide, Mishaps, TickRecord};
 
 const STEPS_PER_MM: f64 = 200.0;
-/// Every tick is streamed, and the tick is slow enough that a person's commands come in the middle of a motion.
+/// Every tick is streamed, and the tick is slow enough that a person's commands come in the middle of a
+/// motion.
 const TICK_HZ: f64 = 1000.0;
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -102,8 +104,8 @@ impl Board {
         self.session.wait_for_rest(REST_LIMIT).expect("rest")
     }
 
-    /// Does `work`, which moves one way, and checks that every edge since then was one that way, up to the count that belongs to
-    /// the setpoint at its end.
+    /// Does `work`, which moves one way, and checks that every edge of it was one that way, up to the
+    /// count that belongs to the setpoint at its end.
     fn one_way(&mut self, what: &str, work: impl FnOnce(&mut Self)) {
         let before = self.machine().counted();
         work(self);

@@ -1,5 +1,6 @@
-//! The emergency input: PB1 with a pull-up. With a stop of category 0 its edge disables the drive at once, by an interrupt
-//! of the tick's priority; the tick looks at the level too, latches, and brakes with one of category 1.
+//! The emergency input: PB1 with a pull-up. With a stop of category 0 its edge disables the drive at once, by
+//! an interrupt of the tick's priority; the tick looks at the level too, latches, and brakes with one of
+//! category 1.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 

@@ -1,4 +1,5 @@
-//! The outputs that move the machine: the analog setpoint, the drive enable and the brake; and the lines that tell others of it.
+//! The outputs that move the machine: the analog setpoint, the drive enable and the brake; and the lines that
+//! tell others of it.
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
@@ -26,8 +27,8 @@ const PINS: [(Lines, usize); 4] = [
     (Lines::CHARGE_PUMP, CHARGE_PUMP_PIN),
 ];
 
-/// What to store for a combination of lines: the pins to set below, those to reset 16 bits above. A table, because the tick would
-/// take longer to put them together.
+/// What to store for a combination of lines: the pins to set below, those to reset 16 bits above. A table,
+/// because the tick would take longer to put them together.
 #[expect(clippy::indexing_slicing, reason = "evaluated by the compiler")]
 static CHANGES: [Bsrr; Lines::COMBINATIONS] = {
     let mut changes = [Bsrr(0); Lines::COMBINATIONS];
@@ -68,8 +69,8 @@ pub fn configure() {
 /// DAC trigger 4 is TIM2's update (RM0090, external triggers).
 const TICK_TRIGGER: u8 = 4;
 
-/// From now on a code that is written goes out with the next tick's beginning, whenever in the tick it was written: what the
-/// tick has to compute does not move it. Call when the tick's timer runs.
+/// From now on a code that is written goes out with the next tick's beginning, whenever in the tick it was
+/// written: what the tick has to compute does not move it. Call when the tick's timer runs.
 pub fn latch_by_tick() {
     pac::DAC1.cr().modify(|control| {
         control.set_tsel(0, TICK_TRIGGER);
@@ -91,7 +92,8 @@ pub fn set_lines(lines: Lines) {
     pac::GPIOB.bsrr().write_value(change);
 }
 
-/// Puts an analog code out without waiting for a tick, and those after it. [`latch_by_tick`] goes back to that.
+/// Puts an analog code out without waiting for a tick, and those after it. [`latch_by_tick`] goes back to
+/// that.
 pub fn show_at_once(code: DacCode) {
     pac::DAC1.cr().modify(|control| control.set_ten(0, false));
     set_analog(code);
@@ -107,8 +109,9 @@ pub fn set_standstill(code: Option<DacCode>) {
     STANDSTILL.store(code.map_or(HOLD, |code| code.0), Ordering::Relaxed);
 }
 
-/// The state in which nothing moves: drive disabled, brake closed and nobody told anything good first, then steps stopped and the analog output at zero velocity. An
-/// analog position stays where it is: the middle would be a jump.
+/// The state in which nothing moves: drive disabled, brake closed and nobody told anything good first, then
+/// steps stopped and the analog output at zero velocity. An analog position stays where it is: the middle
+/// would be a jump.
 pub fn make_safe() {
     set_lines(Lines::NONE);
     step_pulses::stop();

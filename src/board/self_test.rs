@@ -1,5 +1,5 @@
-//! The board tests itself, with jumpers from PA8 to PC6 and from PA11 to PC7: the step timer's trains are counted by the
-//! encoder's, and the analog output is measured at its own pin.
+//! The board tests itself, with jumpers from PA8 to PC6 and from PA11 to PC7: the step timer's trains are
+//! counted by the encoder's, and the analog output is measured at its own pin.
 //!
 //! With the drive off, from the console's task; ticks go on.
 
@@ -21,12 +21,14 @@ const LOOKS: u32 = 20_000;
 const CHANNEL: u8 = 4;
 /// For the output's buffer, which settles within 6 µs: clocks of the core.
 const SETTLING_CLOCKS: u32 = 2000;
-/// What converter and output may be wrong by together, in codes of either (datasheet: 10 mV of offset, 0.5 % of gain).
+/// What converter and output may be wrong by together, in codes of either (datasheet: 10 mV of offset, 0.5 %
+/// of gain).
 const ANALOG_CODES: i32 = 40;
 /// A tick writes the output, too. That long between two of them is seldom missed so often.
 const ATTEMPTS: usize = 10;
 
-/// Makes all checks. The step output is to be set up anew afterwards, and the analog output is that of the next tick.
+/// Makes all checks. The step output is to be set up anew afterwards, and the analog output is that of the
+/// next tick.
 pub fn run(clock: clocks::Source) -> SelfTest {
     let mut test = SelfTest::default();
     test.note("crystal", (1, 1), Some(i32::from(clock == clocks::Source::Crystal)));

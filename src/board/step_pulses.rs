@@ -1,8 +1,8 @@
-//! Step pulses: TIM1 in one-pulse mode with its repetition counter makes exactly as many periods as a tick asks for
-//! ([`TrainRegisters`]). PA8 is the step or A, PA11 the direction or B.
+//! Step pulses: TIM1 in one-pulse mode with its repetition counter makes exactly as many periods as a tick
+//! asks for ([`TrainRegisters`]). PA8 is the step or A, PA11 the direction or B.
 //!
-//! A train is never cut: the output is set up anew only between trains, only for what has changed, and until it is, the tick
-//! asks for none ([`is_busy`]).
+//! A train is never cut: the output is set up anew only between trains, only for what has changed, and until
+//! it is, the tick asks for none ([`is_busy`]).
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -105,8 +105,8 @@ pub fn is_making() -> bool {
     pac::TIM1.cr1().read().cen()
 }
 
-/// Makes `steps` steps of `period` counts each, which is zero for none, and shows their direction, `up`, or that of the steps to
-/// come; not while the output [`is_busy`].
+/// Makes `steps` steps of `period` counts each, which is zero for none, and shows their direction, `up`, or
+/// that of the steps to come; not while the output [`is_busy`].
 #[inline]
 pub fn make(steps: i16, period: u16, up: bool) {
     let kind = PulseConfiguration(CONFIGURED.load(Ordering::Relaxed)).kind();

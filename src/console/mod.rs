@@ -1,7 +1,8 @@
 //! The serial console: bytes in, replies out, requests to the interrupt.
 //!
 //! It does no input or output of its own, so it runs the same behind a UART, a pseudo-terminal or a test. A
-//! reply is any number of lines and then one that begins with `ok` or `err`. docs/protocol.md is the reference.
+//! reply is any number of lines and then one that begins with `ok` or `err`. docs/protocol.md is the
+//! reference.
 
 mod announcement;
 pub mod checksum;
@@ -232,8 +233,8 @@ impl<'m> Console<'m> {
         self.prompt(out);
     }
 
-    /// What the last line asks for beyond the queue to the interrupt. Its reply is not complete before this is carried
-    /// out and reported, so whoever feeds bytes looks here after each.
+    /// What the last line asks for beyond the queue to the interrupt. Its reply is not complete before this
+    /// is carried out and reported, so whoever feeds bytes looks here after each.
     pub fn take_effect(&mut self) -> Option<Effect> {
         self.effect.take()
     }
@@ -253,7 +254,8 @@ impl<'m> Console<'m> {
         self.uploaded.as_ref()
     }
 
-    /// Ends the reply to `save`: with what is stored now and the number of records written, or with the fault.
+    /// Ends the reply to `save`: with what is stored now and the number of records written, or with the
+    /// fault.
     pub fn saved(&mut self, result: Result<(Stored, u32), StoreError>, out: &mut dyn Write) {
         self.reply(out, |console, out| {
             let _best_effort = match result {
@@ -355,8 +357,9 @@ impl<'m> Console<'m> {
         }
     }
 
-    /// Goes on with what takes long, for a few milliseconds on the board, and ends the reply with it. Whoever feeds bytes
-    /// calls this after each for as long as it says that there is more, and does in between whatever must not wait.
+    /// Goes on with what takes long, for a few milliseconds on the board, and ends the reply with it. Whoever
+    /// feeds bytes calls this after each for as long as it says that there is more, and does in between
+    /// whatever must not wait.
     pub fn work(&mut self, out: &mut dyn Write) -> bool {
         let Some(work) = self.long_work.take() else { return false };
         match work.go_on(self.arriving, self.plan_memory.as_deref()) {
@@ -374,8 +377,9 @@ impl<'m> Console<'m> {
         false
     }
 
-    /// Whether the interrupt has still to take what the last line asked for. Who sends the reply waits until it has,
-    /// at most one tick per request, so that `ok` means done and lines may follow each other without pause.
+    /// Whether the interrupt has still to take what the last line asked for. Who sends the reply waits until
+    /// it has, at most one tick per request, so that `ok` means done and lines may follow each other without
+    /// pause.
     pub fn has_waiting_request(&self) -> bool {
         !self.requests.is_empty()
     }

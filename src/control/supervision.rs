@@ -1,4 +1,5 @@
-//! What the tick does when something is unusual: the drive is not simply enabled, or an input says that something is wrong.
+//! What the tick does when something is unusual: the drive is not simply enabled, or an input says that
+//! something is wrong.
 //!
 //! All of it is apart from the tick, which then has registers enough for what it does every time.
 
@@ -170,7 +171,8 @@ impl Controller<'_> {
         self.position_known = true;
     }
 
-    /// Puts command and setpoint at `position` while the drive is off: no output makes up for it by steps or a speed.
+    /// Puts command and setpoint at `position` while the drive is off: no output makes up for it by steps or
+    /// a speed.
     fn shift_to(&mut self, position: Nanometres) {
         self.shaping.shift(position.0.wrapping_sub(self.setpoint.0));
         self.command = position;
@@ -189,7 +191,8 @@ impl Controller<'_> {
         self.tell_drive(DriveEvent::Clear);
     }
 
-    /// The encoder is outside its window, which says nothing while the drive is off: the machine may be pushed.
+    /// The encoder is outside its window, which says nothing while the drive is off: the machine may be
+    /// pushed.
     #[cold]
     #[inline(never)]
     pub(super) fn note_encoder(&mut self, position: Nanometres, was_off: bool) {

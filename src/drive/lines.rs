@@ -1,4 +1,5 @@
-//! The lines of the drive and of the machine's surroundings, as one number that the tick hands to the pins in one store.
+//! The lines of the drive and of the machine's surroundings, as one number that the tick hands to the pins in
+//! one store.
 
 use super::Outputs;
 
@@ -9,7 +10,8 @@ pub struct Lines(u8);
 impl Lines {
     /// None of them.
     pub const NONE: Self = Self(0);
-    /// Changes with every tick while no fault holds the machine. What asks for the change notices that ticks stay away, too.
+    /// Changes with every tick while no fault holds the machine. What asks for the change notices that ticks
+    /// stay away, too.
     pub const CHARGE_PUMP: Self = Self(1);
     /// The drive may run.
     pub const ENABLE: Self = Self(2);

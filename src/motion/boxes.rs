@@ -1,17 +1,18 @@
 //! Trapezoid and S-curve: a velocity that is the convolution of boxes, counted in integers.
 //!
-//! Let A ≤ B ≤ C ticks be the lengths of three boxes of ones and v(n) their convolution, T(n) = v(1) + … + v(n).
-//! Then T ends at A B C, and the move over the distance D is
+//! Let A ≤ B ≤ C ticks be the lengths of three boxes of ones and v(n) their convolution, T(n) = v(1) + … +
+//! v(n). Then T ends at A B C, and the move over the distance D is
 //!
 //! > x(n) = x₀ + D T(n) / (A B C),  n = 1 … A + B + C − 1.
 //!
-//! Its differences are the boxes': velocity at most D/C per tick, acceleration D/(B C), jerk D/(A B C) where C ≥ A + B. With A = 1 it is
-//! a trapezoid. The quickest move within limits of velocity, acceleration and jerk has seven
-//! segments of constant jerk, and each of its degenerate forms is such a convolution too: B = A without a segment of
-//! constant acceleration, C = A + B without one of constant velocity (docs/derivations/motions.md).
+//! Its differences are the boxes': velocity at most D/C per tick, acceleration D/(B C), jerk D/(A B C) where
+//! C ≥ A + B. With A = 1 it is a trapezoid. The quickest move within limits of velocity, acceleration and
+//! jerk has seven segments of constant jerk, and each of its degenerate forms is such a convolution too: B =
+//! A without a segment of constant acceleration, C = A + B without one of constant velocity
+//! (docs/derivations/motions.md).
 //!
-//! T is counted exactly, so nothing drifts however long the move takes. It is counted in units that make A B C fill 64 bits,
-//! so one multiplication by a factor computed with the plan gives the position.
+//! T is counted exactly, so nothing drifts however long the move takes. It is counted in units that make A B
+//! C fill 64 bits, so one multiplication by a factor computed with the plan gives the position.
 
 use super::fine::{FinePosition, upper_product};
 use crate::elementary::cube_root;
@@ -137,7 +138,8 @@ impl BoxCourse {
     pub(super) fn step(&mut self, tick: u32) -> FinePosition {
         let Boxes { jerk, acceleration, velocity } = self.boxes;
         let tick = tick - 1;
-        // Whether the jerk that starts there acts now. Before it starts the difference wraps to something large.
+        // Whether the jerk that starts there acts now. Before it starts the difference wraps to something
+        // large.
         let acts = |start: u32| tick.wrapping_sub(start) < jerk;
         let rises = u64::from(acts(0)) + u64::from(acts(acceleration + velocity));
         let falls = u64::from(acts(acceleration)) + u64::from(acts(velocity));

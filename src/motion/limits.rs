@@ -1,9 +1,10 @@
 //! What a motion may ask of the machine, as asked of the setpoint that leaves the shaper.
 //!
-//! A shaper with taps w(k) makes s(n) = Σ w(k) c(n − k) of the command c, and every difference of s is the same sum of c's: with G = Σ |w(k)|,
-//! the setpoint's velocity, acceleration and jerk are at most G times the command's, and its positions leave
-//! the command's by at most (G − 1)/2 of their span on either side. Taps that are not negative and sum to one have G = 1: the
-//! limits of the command are those of the setpoint (docs/derivations/motions.md).
+//! A shaper with taps w(k) makes s(n) = Σ w(k) c(n − k) of the command c, and every difference of s is the
+//! same sum of c's: with G = Σ |w(k)|, the setpoint's velocity, acceleration and jerk are at most G times the
+//! command's, and its positions leave the command's by at most (G − 1)/2 of their span on either side. Taps
+//! that are not negative and sum to one have G = 1: the limits of the command are those of the setpoint
+//! (docs/derivations/motions.md).
 
 use super::{MotionError, Profile};
 use crate::units::{Nanometres, TickRate};
@@ -103,8 +104,8 @@ impl MoveLimits {
         }
     }
 
-    /// How far a stop may still go from this velocity in mm/s and an acceleration up to this in mm/s², at most, in mm:
-    /// the acceleration is taken back first, and adds to the velocity until it is.
+    /// How far a stop may still go from this velocity in mm/s and an acceleration up to this in mm/s², at
+    /// most, in mm: the acceleration is taken back first, and adds to the velocity until it is.
     pub(super) fn stopping_distance_mm(&self, velocity: f64, acceleration: f64, profile: Profile) -> f64 {
         let limit = self.acceleration_mm_s2 / self.shaper_gain;
         if !profile.limits_jerk() {
@@ -119,8 +120,8 @@ impl MoveLimits {
             + libm::sqrt(peak / jerk) * peak
     }
 
-    /// How far past the end of the travel a stop in a move to that end may go, in mm: jerk can only be taken back in whole
-    /// ticks. Without a limit of jerk it never does.
+    /// How far past the end of the travel a stop in a move to that end may go, in mm: jerk can only be taken
+    /// back in whole ticks. Without a limit of jerk it never does.
     pub fn stop_overshoot_mm(&self, profile: Profile, rate: TickRate) -> f64 {
         if !profile.limits_jerk() {
             return 0.0;

@@ -1,8 +1,9 @@
 //! A command that was designed elsewhere, as pieces of constant jerk, summed up in integers.
 //!
-//! With the jerk j of the piece, tick by tick: a += j, v += a, x += v. All are in units of 2⁻³⁸ nm per tick³, tick² and tick, and nothing is
-//! rounded: x keeps what is finer than a [`FinePosition`]. So host and board have the same positions to the last bit, and what
-//! rounding the jerks did is known to whoever chose them (docs/derivations/motions.md, "Uploaded commands").
+//! With the jerk j of the piece, tick by tick: a += j, v += a, x += v. All are in units of 2⁻³⁸ nm per tick³,
+//! tick² and tick, and nothing is rounded: x keeps what is finer than a [`FinePosition`]. So host and board
+//! have the same positions to the last bit, and what rounding the jerks did is known to whoever chose them
+//! (docs/derivations/motions.md, "Uploaded commands").
 
 use heapless::Vec;
 
@@ -19,7 +20,8 @@ pub const PIECE_BYTES: usize = 12;
 pub const MAX_PIECES: usize = 512;
 /// The most bytes of a command.
 pub const MAX_PLAN_BYTES: usize = MAX_PIECES * PIECE_BYTES;
-/// The most ticks of a command, 33 s at 4 kHz: what the board can go through before it accepts it, without keeping the console waiting.
+/// The most ticks of a command, 33 s at 4 kHz: what the board can go through before it accepts it, without
+/// keeping the console waiting.
 pub const MAX_PLAN_TICKS: u32 = 1 << 17;
 
 /// The bytes of a command.

@@ -72,8 +72,8 @@ impl SweepSpec {
     /// The longest fade at either end, in seconds.
     pub const TAPER_S: f64 = 0.5;
 
-    /// How much farther than its amplitude a sweep may go when it is stopped half-way: 3.6 % where the limit of jerk
-    /// binds (docs/derivations/motions.md), and a little for the fade.
+    /// How much farther than its amplitude a sweep may go when it is stopped half-way: 3.6 % where the limit
+    /// of jerk binds (docs/derivations/motions.md), and a little for the fade.
     pub const STOP_REACH: f64 = 1.05;
 
     /// How long the sweep takes, in seconds.
@@ -101,8 +101,8 @@ impl SweepSpec {
         within("SECONDS (by the rate)", span, Self::DURATION_RANGE_S)
     }
 
-    /// How long the amplitude rises at the start and falls at the end of a sweep of this duration, in seconds: one tenth
-    /// of it, at most half a second.
+    /// How long the amplitude rises at the start and falls at the end of a sweep of this duration, in
+    /// seconds: one tenth of it, at most half a second.
     pub fn taper_s(duration_s: f64) -> f64 {
         (duration_s * 0.1).min(Self::TAPER_S)
     }
@@ -150,7 +150,8 @@ impl SweepSpec {
         let slopes = taper.slopes(*rate);
         let taper_s = rate.seconds(taper.ticks());
         let mut peaks = [0.0_f64; 3];
-        // Between the corners every bound is a sum of positive powers of the frequency, so it is largest at one of them.
+        // Between the corners every bound is a sum of positive powers of the frequency, so it is largest at
+        // one of them.
         for (time_s, slopes) in [
             (0.0, slopes),
             (taper_s, slopes),
@@ -201,8 +202,8 @@ struct Local {
 }
 
 impl Local {
-    /// Bounds of velocity, acceleration and jerk in mm/s, mm/s², mm/s³ of E sin φ with φ' = ω: the product rule, sine and cosine
-    /// apart. The envelope E is the taper times the amplitude.
+    /// Bounds of velocity, acceleration and jerk in mm/s, mm/s², mm/s³ of E sin φ with φ' = ω: the product
+    /// rule, sine and cosine apart. The envelope E is the taper times the amplitude.
     fn derivatives(&self, taper: TaperSlopes) -> [f64; 3] {
         let Self { amplitude_mm, omega, growth, falls_with_square } = *self;
         // Of an amplitude with 1/ω², relative to itself; ω''/ω is at most the square of ω'/ω.

@@ -1,10 +1,11 @@
 //! Taking a new table without a jump, at rest and while moving.
 //!
-//! Shaping is linear, so the command may be split in two: of what it moves in each tick after the handover the old cascade
-//! gets a share that falls to nothing, and the new one, its histories zero, gets the rest. The setpoint is the sum of what they make of
-//! it. Each part is shaped by one whole shaper, so neither leaves vibration at the modes its shaper was designed for,
-//! nothing jumps, speeds change gradually, and once the old cascade has run out it contributes a constant, the origin of
-//! the new one. With the lag and the fade of a [`super::Transition`] the setpoint never moves faster than the command has, and it stays
+//! Shaping is linear, so the command may be split in two: of what it moves in each tick after the handover
+//! the old cascade gets a share that falls to nothing, and the new one, its histories zero, gets the rest.
+//! The setpoint is the sum of what they make of it. Each part is shaped by one whole shaper, so neither
+//! leaves vibration at the modes its shaper was designed for, nothing jumps, speeds change gradually, and
+//! once the old cascade has run out it contributes a constant, the origin of the new one. With the lag and
+//! the fade of a [`super::Transition`] the setpoint never moves faster than the command has, and it stays
 //! between the ends of a monotonic command (docs/derivations/handover.md). A command that reverses meanwhile
 //! could overshoot its own range, which is why [`crate::control`] takes tables at rest and during moves, not
 //! during sweeps.
@@ -60,8 +61,8 @@ impl<'m> Shaping<'m> {
     }
 
     /// Lets `next` shape what the command does after `command`, its position in the last tick, for
-    /// `quiet_ticks` of which it has been constant, as `fade` gives it over. Returns the replaced cascade's memory where that no
-    /// longer moves the setpoint; otherwise [`Self::step`] will, when it has run out.
+    /// `quiet_ticks` of which it has been constant, as `fade` gives it over. Returns the replaced cascade's
+    /// memory where that no longer moves the setpoint; otherwise [`Self::step`] will, when it has run out.
     ///
     /// # Errors
     /// [`HandoverUnderWay`] gives the memory of `next` back while an earlier handover is under way.
@@ -89,8 +90,8 @@ impl<'m> Shaping<'m> {
         Ok(None)
     }
 
-    /// Shapes the command of one tick. Returns the setpoint and, in the tick after the replaced cascade has run
-    /// out, its memory.
+    /// Shapes the command of one tick. Returns the setpoint and, in the tick after the replaced cascade has
+    /// run out, its memory.
     #[inline]
     pub fn step(&mut self, command: Nanometres) -> (Nanometres, Option<&'m mut [i32]>) {
         if self.outgoing.is_some() {
@@ -126,14 +127,14 @@ impl<'m> Shaping<'m> {
         (Nanometres(base_nm.saturating_add(shaped_nm)), retired)
     }
 
-    /// Moves command and setpoint by so much at once, the machine being elsewhere than it was thought to be. For a shaper that is
-    /// settled: its history is kept, for it is relative to the origin.
+    /// Moves command and setpoint by so much at once, the machine being elsewhere than it was thought to be.
+    /// For a shaper that is settled: its history is kept, for it is relative to the origin.
     pub fn shift(&mut self, by_nm: i32) {
         self.origin_nm = self.origin_nm.wrapping_add(by_nm);
     }
 
-    /// Ends the lag that the active cascade has had since it was taken while the command moved. Nothing moves if
-    /// [`Self::is_settled`].
+    /// Ends the lag that the active cascade has had since it was taken while the command moved. Nothing moves
+    /// if [`Self::is_settled`].
     pub fn end_lag(&mut self) {
         self.active.end_lag();
     }

@@ -1,7 +1,7 @@
 //! The shaper of one mode as an integer finite impulse response on the tick grid.
 //!
-//! Rounding the impulses' times to whole ticks would move the shaper off the mode. Instead each is spread over
-//! the two ticks around it with weights that are right for the mode's pole (`tick_grid`, which has the
+//! Rounding the impulses' times to whole ticks would move the shaper off the mode. Instead each is spread
+//! over the two ticks around it with weights that are right for the mode's pole (`tick_grid`, which has the
 //! formulas). At the mode ZV, ZVD, ZVDD, ZVDDD, EI2 and MZV leave nothing but rounding at every tick rate, EI
 //! and EI3 at most what their impulses leave; all go to their impulses as the ticks get finer
 //! (docs/derivations/shapers.md).

@@ -1,12 +1,13 @@
 //! Impulses put on whole ticks so that the mode cannot tell the difference.
 //!
-//! Sampled at the interval T_s, the mode's pole is p = exp((−ζω + jω_d)T_s); write ρ = exp(ζωT_s) and
-//! θ = ω_d T_s < π. An impulse A at the time (k + φ)T_s, k whole and 0 ≤ φ < 1, moves the mode by
-//! A p^−(k+φ). Two real weights on the ticks around it do exactly the same when
+//! Sampled at the interval T_s, the mode's pole is p = exp((−ζω + jω_d)T_s); write ρ = exp(ζωT_s) and θ = ω_d
+//! T_s < π. An impulse A at the time (k + φ)T_s, k whole and 0 ≤ φ < 1, moves the mode by A p^−(k+φ). Two
+//! real weights on the ticks around it do exactly the same when
 //!
 //! > w₁ p^−k + w₂ p^−(k+1) = A p^−(k+φ)
 //!
-//! which is one complex equation for two reals. Divided by p^−k its imaginary part gives w₂, its real part w₁:
+//! which is one complex equation for two reals. Divided by p^−k its imaginary part gives w₂, its real part
+//! w₁:
 //!
 //! > w₁ = A ρ^φ sin((1 − φ)θ) / sin θ,  w₂ = A ρ^(φ−1) sin(φθ) / sin θ.
 //!

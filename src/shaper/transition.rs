@@ -1,10 +1,11 @@
 //! How a moving machine changes from one table to the next without moving faster than its command.
 //!
-//! The command's motion is given to the new table little by little, over F ticks, and the new table looks D ticks further back than it
-//! would at rest. What the setpoint moves in a tick is then a weighted mean of what the command moves, weights of the two tables
-//! together never being more than one: where the new table delays less than the old one, the difference is not made up while the
-//! command moves. docs/derivations/handover.md proves it from the two orders that [`suffices`] checks stage
-//! by stage, and they carry over to the sums of the stages' delays, that is to whole shapers.
+//! The command's motion is given to the new table little by little, over F ticks, and the new table looks D
+//! ticks further back than it would at rest. What the setpoint moves in a tick is then a weighted mean of
+//! what the command moves, weights of the two tables together never being more than one: where the new table
+//! delays less than the old one, the difference is not made up while the command moves.
+//! docs/derivations/handover.md proves it from the two orders that [`suffices`] checks stage by stage, and
+//! they carry over to the sums of the stages' delays, that is to whole shapers.
 
 use super::stage::{StageTaps, Tap, WEIGHT_ONE};
 use super::table::ShaperTable;
@@ -41,7 +42,8 @@ pub(super) struct Share {
 }
 
 impl Share {
-    /// The old table's part of what the command moves in the next tick; it has the sign of the whole, or is zero.
+    /// The old table's part of what the command moves in the next tick; it has the sign of the whole, or is
+    /// zero.
     #[inline]
     pub(super) fn of(&mut self, moved_nm: i32) -> i32 {
         self.left = self.left.saturating_sub(self.fall);
@@ -88,10 +90,12 @@ fn taps(stage: Option<StageTaps<'_>>) -> &[Tap] {
     stage.map_or(&NOTHING, StageTaps::taps)
 }
 
-/// The least lag that suffices for a stage, found by bisection; negative where the new stage delays more anyway.
+/// The least lag that suffices for a stage, found by bisection; negative where the new stage delays more
+/// anyway.
 fn stage_lag(old: &[Tap], new: &[Tap]) -> i64 {
     let last = |taps: &[Tap]| taps.last().map_or(0, |tap| i64::from(tap.delay_ticks));
-    // With the first the new stage would be over before it began; with the second it begins when the old one is over.
+    // With the first the new stage would be over before it began; with the second it begins when the old one
+    // is over.
     let (mut too_short, mut enough) = (-1 - last(new), last(old));
     while enough - too_short > 1 {
         let middle = (enough + too_short) >> 1;
@@ -100,10 +104,11 @@ fn stage_lag(old: &[Tap], new: &[Tap]) -> i64 {
     enough
 }
 
-/// Whether the delay Y of the new stage, `lag` included, is later than the delay X of the old one in the increasing concave and in
-/// the increasing convex order: E(t − Y)⁺ ≤ E(t − X)⁺ and E(Y − t)⁺ ≥ E(X − t)⁺ for all t. Delays are random here in that a tap's weight, without its sign
-/// and in units of the stage's sum of them, is its probability. Both differences are piecewise linear in t and smallest at the ticks
-/// that are looked at, or far out, where they are the difference of the means.
+/// Whether the delay Y of the new stage, `lag` included, is later than the delay X of the old one in the
+/// increasing concave and in the increasing convex order: E(t − Y)⁺ ≤ E(t − X)⁺ and E(Y − t)⁺ ≥ E(X − t)⁺ for
+/// all t. Delays are random here in that a tap's weight, without its sign and in units of the stage's sum of
+/// them, is its probability. Both differences are piecewise linear in t and smallest at the ticks that are
+/// looked at, or far out, where they are the difference of the means.
 fn suffices(old: &[Tap], new: &[Tap], lag: i64) -> bool {
     let delays = |taps: &[Tap]| mean_excess(taps, 0, |delay, zero| delay - zero);
     if delays(new) + lag * i64::from(WEIGHT_ONE) < delays(old) {

@@ -96,7 +96,8 @@ impl Bench {
         }
     }
 
-    /// Counts the instructions of the sections with interrupts masked while the console is busy, as a TOML table.
+    /// Counts the instructions of the sections with interrupts masked while the console is busy, as a TOML
+    /// table.
     pub fn masked_sections(&mut self, image: &Path) -> Result<String, Box<dyn Error>> {
         let sites = MaskingSites::read(image)?;
         self.session.command_when_ready("move 0")?;

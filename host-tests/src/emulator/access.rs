@@ -1,4 +1,5 @@
-//! One access of the image to a register that somebody stands in for: the CPU is stopped before it, and led past it.
+//! One access of the image to a register that somebody stands in for: the CPU is stopped before it, and led
+//! past it.
 
 use std::io::{Read, Write};
 

@@ -1,7 +1,7 @@
 //! Cycles of an interrupt on the chip, by a model, from the instructions that ran in the emulator.
 //!
-//! The emulator counts instructions and knows no pipeline, no flash and no bus. The model adds them, where it has to choose
-//! to the slow side:
+//! The emulator counts instructions and knows no pipeline, no flash and no bus. The model adds them, where it
+//! has to choose to the slow side:
 //!
 //! | what | cycles | from |
 //! |---|---|---|
@@ -21,8 +21,8 @@
 //! | a register on APB1, APB2, AHB, in the core: load | 10, 6, 3, 3 more | bridge ratios 4 and 2, assumed |
 //! | the same: store | 6, 4, 2, 2 more | same |
 //!
-//! Both caches are empty when the interrupt begins, as if what ran before had taken all of their places: 64 lines of code, 8 of
-//! constants, the one used longest ago goes first.
+//! Both caches are empty when the interrupt begins, as if what ran before had taken all of their places: 64
+//! lines of code, 8 of constants, the one used longest ago goes first.
 
 mod cache;
 mod kind;

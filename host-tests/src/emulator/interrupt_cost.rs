@@ -1,8 +1,9 @@
 //! How many instructions an interrupt takes, counted one by one on the unmodified image.
 //!
-//! A breakpoint at the handler stops the CPU; from there it is stepped until the program status no longer names the
-//! exception, or the handler starts anew. The serial interrupt alone may come between; its instructions are not counted. Others could not
-//! preempt the handler. An instruction whose condition fails counts like on hardware, where it takes a cycle too.
+//! A breakpoint at the handler stops the CPU; from there it is stepped until the program status no longer
+//! names the exception, or the handler starts anew. The serial interrupt alone may come between; its
+//! instructions are not counted. Others could not preempt the handler. An instruction whose condition fails
+//! counts like on hardware, where it takes a cycle too.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -52,8 +53,8 @@ impl Handler {
     ///
     /// # Errors
     ///
-    /// [`RspError`] where the link fails, where the handler does not run within `limit` of wall-clock time, or where
-    /// it does not return.
+    /// [`RspError`] where the link fails, where the handler does not run within `limit` of wall-clock time,
+    /// or where it does not return.
     pub fn measure<S: Read + Write>(
         self,
         client: &mut RspClient<S>,
@@ -125,7 +126,8 @@ fn step_through<S: Read + Write>(
             let next = if now == SERIAL { behind } else { next };
             model.execute(Executed { address, first, second, base, next });
         }
-        // Stepping takes so long that the next tick may be due at the return; it then follows without a pause.
+        // Stepping takes so long that the next tick may be due at the return; it then follows without a
+        // pause.
         let again = next == entry;
         counted = now;
         address = next;

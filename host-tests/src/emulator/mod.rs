@@ -48,8 +48,8 @@ use stack::StackRegion;
 use tempfile::TempDir;
 use unmodelled::Listener;
 
-/// For how long a test waits until a motion in the emulator has come to rest. A motion takes seconds, on a computer that is busy with other
-/// emulators minutes; the limit is there for an emulator that hangs.
+/// For how long a test waits until a motion in the emulator has come to rest. A motion takes seconds, on a
+/// computer that is busy with other emulators minutes; the limit is there for an emulator that hangs.
 pub const REST_LIMIT: Duration = Duration::from_secs(300);
 
 /// How to run the emulator.
@@ -106,7 +106,8 @@ impl Emulator {
         Self::boot_heard(image, options, None)
     }
 
-    /// The same, telling `listener` of every access to what the emulator does not model, from the first instruction on.
+    /// The same, telling `listener` of every access to what the emulator does not model, from the first
+    /// instruction on.
     ///
     /// # Errors
     ///
@@ -167,12 +168,13 @@ impl Emulator {
         Ok(RspClient::new(stream))
     }
 
-    /// Resets the board and runs its start-up again. Main memory outlives it but for what start-up code initialises.
-    /// `reset_flags` is what RCC_CSR says of the cause.
+    /// Resets the board and runs its start-up again. Main memory outlives it but for what start-up code
+    /// initialises. `reset_flags` is what RCC_CSR says of the cause.
     ///
     /// # Errors
     ///
-    /// As [`Self::boot`]; and [`EmulatorError::LateReset`] later than 4.2 s of virtual time, after which the tick would stand still.
+    /// As [`Self::boot`]; and [`EmulatorError::LateReset`] later than 4.2 s of virtual time, after which the
+    /// tick would stand still.
     pub fn reset(&mut self, reset_flags: u32, limit: Duration) -> Result<BootReport, EmulatorError> {
         let mut client = self.debug()?;
         let reset_at = request_reset(&mut client)
@@ -253,7 +255,8 @@ fn connect(gdb: &Path) -> std::io::Result<UnixStream> {
     Ok(stream)
 }
 
-/// Starts the emulator; `gdb` and `terminal` are to be its debug link and serial port, `output` has what it says.
+/// Starts the emulator; `gdb` and `terminal` are to be its debug link and serial port, `output` has what it
+/// says.
 fn start(
     image: &Path,
     options: &EmulatorOptions,

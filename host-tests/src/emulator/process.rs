@@ -20,12 +20,13 @@ pub(super) struct QemuProcess {
 }
 
 impl QemuProcess {
-    /// Starts `program` with its output going to the file `output`, or to `errors` what it says on its standard error.
+    /// Starts `program` with its output going to the file `output`, or to `errors` what it says on its
+    /// standard error.
     ///
-    /// Where the system has `setpriv`, the kernel kills the emulator when the thread that started
-    /// it ends, even if this process is killed without a chance to clean up: an orphan would keep
-    /// a core busy for ever. That thread therefore does nothing else and lives as long as `Self`,
-    /// whichever threads the owner is handed between.
+    /// Where the system has `setpriv`, the kernel kills the emulator when the thread that started it ends,
+    /// even if this process is killed without a chance to clean up: an orphan would keep a core busy for
+    /// ever. That thread therefore does nothing else and lives as long as `Self`, whichever threads the owner
+    /// is handed between.
     pub(super) fn start(
         program: &Path,
         arguments: &[String],

@@ -1,8 +1,8 @@
-//! Standing in for peripherals that the emulator does not model while the image runs: every access to them stops the CPU, is
-//! served, and is passed over.
+//! Standing in for peripherals that the emulator does not model while the image runs: every access to them
+//! stops the CPU, is served, and is passed over.
 //!
-//! Virtual time goes on to the next tick whenever the CPU is resumed. So this is for what the image touches now and then; an access in
-//! every tick would leave no time for anything but ticks.
+//! Virtual time goes on to the next tick whenever the CPU is resumed. So this is for what the image touches
+//! now and then; an access in every tick would leave no time for anything but ticks.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -33,7 +33,8 @@ impl Emulator {
     /// Serves the accesses to `regions` from `registers` while `work` is done.
     ///
     /// # Errors
-    /// [`EmulatorError`] where the link fails, or the image touches a region by an instruction that is not decoded.
+    /// [`EmulatorError`] where the link fails, or the image touches a region by an instruction that is not
+    /// decoded.
     ///
     /// # Panics
     /// Where `work` does.

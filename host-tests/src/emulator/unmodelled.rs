@@ -1,14 +1,17 @@
-//! What the image reads from and writes to peripherals that the emulator does not model, as the emulator tells it.
+//! What the image reads from and writes to peripherals that the emulator does not model, as the emulator
+//! tells it.
 //!
-//! It tells without being stopped, so unlike watchpoints this changes no timing: virtual time, the order of things and what the image
-//! reads (zero) are the same whether anybody listens or not. Whoever listens slowly slows the emulator down, and loses nothing.
+//! It tells without being stopped, so unlike watchpoints this changes no timing: virtual time, the order of
+//! things and what the image reads (zero) are the same whether anybody listens or not. Whoever listens slowly
+//! slows the emulator down, and loses nothing.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, PipeReader, Write};
 
 use super::thumb::Direction;
 
-/// Where the peripherals begin whose accesses are told, by the emulator's names for them (RM0090, memory map).
+/// Where the peripherals begin whose accesses are told, by the emulator's names for them (RM0090, memory
+/// map).
 const DEVICES: [(&str, u32); 5] = [
     ("DAC", 0x4000_7400),
     ("timer[1]", 0x4001_0000),
@@ -29,8 +32,8 @@ pub struct Access {
 }
 
 impl Access {
-    /// Reads a line of the emulator's log: `NAME: unimplemented device write (size 4, offset 0x18, value 0x00010000)`, or `read`
-    /// without a value. `None` for other lines and other peripherals.
+    /// Reads a line of the emulator's log: `NAME: unimplemented device write (size 4, offset 0x18, value
+    /// 0x00010000)`, or `read` without a value. `None` for other lines and other peripherals.
     pub fn parse(line: &str) -> Option<Self> {
         let (name, rest) = line.split_once(": unimplemented device ")?;
         let base = DEVICES.iter().find(|(known, _)| *known == name)?.1;

@@ -68,8 +68,9 @@ impl Console<'_> {
         }
     }
 
-    /// Of the tick, in cycles of the core: the last one, the longest one, and from one to the next. `None` where the counter is beyond
-    /// the slowest tick and so is none that begins anew with each: the emulator's.
+    /// Of the tick, in cycles of the core: the last one, the longest one, and from one to the next. `None`
+    /// where the counter is beyond the slowest tick and so is none that begins anew with each: the
+    /// emulator's.
     pub(super) fn tick_cycles(&self) -> Option<[u32; 3]> {
         let (last, worst) = self.status.durations();
         let slowest = f64::from(self.identity.timer_clock_hz) / TickRate::RANGE_HZ.0;

@@ -4,9 +4,9 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::run::run;
 
-/// What the test command asks for: one round of every kind. Ratchets: raise them when the tool does better. It answers 18 rightly and
-/// gives no wrong name (16 and one in 30 s a case, where time ends the search before it has looked for what would do as well); six may be
-/// lost to a slower computer.
+/// What the test command asks for: one round of every kind. Ratchets: raise them when the tool does better.
+/// It answers 18 rightly and gives no wrong name (16 and one in 30 s a case, where time ends the search
+/// before it has looked for what would do as well); six may be lost to a slower computer.
 ///
 /// A case has a limit of processor time, so a busy computer changes no mark.
 const SUBSET: [&str; 12] = [

@@ -1,5 +1,5 @@
-//! Every relative link in the README and the documentation leads to a file, and every `#anchor` to a heading; every page that a
-//! source file mentions is there.
+//! Every relative link in the README and the documentation leads to a file, and every `#anchor` to a heading;
+//! every page that a source file mentions is there.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -20,11 +20,12 @@ use self::machines::{MACHINES, Machine, Part, make};
 use self::targets::{Found, judged};
 use crate::run::{ANSWER, EXTENDED};
 
-/// Runs the tool on every real machine whose recordings are in `data` (or on `only` one), in folders below `out`, and writes a page. With
-/// `resume` answers that are there are taken as they are.
+/// Runs the tool on every real machine whose recordings are in `data` (or on `only` one), in folders below
+/// `out`, and writes a page. With `resume` answers that are there are taken as they are.
 ///
 /// # Errors
-/// What the system says when a file cannot be read or written or the tool not started; a recording that is not there.
+/// What the system says when a file cannot be read or written or the tool not started; a recording that is
+/// not there.
 pub fn real(
     tool: &Path,
     data: &Path,

@@ -25,7 +25,8 @@ pub struct Making {
     pub tool_digest: String,
 }
 
-/// The page in Markdown; scores in the order of their numbers. `table` is the file with every case ([`every_case`]).
+/// The page in Markdown; scores in the order of their numbers. `table` is the file with every case
+/// ([`every_case`]).
 pub fn page(making: &Making, scores: &[Score], table: &str) -> String {
     let mut text = String::new();
     // Writing into a string cannot fail.
@@ -236,7 +237,8 @@ fn matrix(text: &mut String, scores: &[Score]) -> std::fmt::Result {
     Ok(())
 }
 
-/// Every case as CSV: `left_over_noise` is what a linear refit leaves of the truth, over the noise; of the commitment the first digits.
+/// Every case as CSV: `left_over_noise` is what a linear refit leaves of the truth, over the noise; of the
+/// commitment the first digits.
 pub fn every_case(scores: &[Score]) -> String {
     let mut text =
         String::from("case,kind,machine,left_over_noise,there,answer,mark,processor_s,commitment\n");

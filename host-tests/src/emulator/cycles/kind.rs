@@ -1,4 +1,5 @@
-//! Which instruction is which, as far as its cycles go. Encodings: Armv7-M Architecture Reference Manual (DDI 0403E), A5 and A6.
+//! Which instruction is which, as far as its cycles go. Encodings: Armv7-M Architecture Reference Manual (DDI
+//! 0403E), A5 and A6.
 
 /// What an instruction is to the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,5 @@
-//! Which registers an instruction needs for an address, and which it has made: what may keep the pipeline waiting.
+//! Which registers an instruction needs for an address, and which it has made: what may keep the pipeline
+//! waiting.
 //!
 //! Encodings: Armv7-M Architecture Reference Manual (DDI 0403E), A5.
 

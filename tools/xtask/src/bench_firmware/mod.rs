@@ -1,5 +1,5 @@
-//! `cargo xtask bench-firmware`: what the image costs, recorded in docs/results; and the gate that the test command
-//! has on these numbers.
+//! `cargo xtask bench-firmware`: what the image costs, recorded in docs/results; and the gate that the test
+//! command has on these numbers.
 
 mod numbers;
 mod page;
@@ -31,7 +31,8 @@ pub fn record() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Compares ticks, sizes and the stack with what was recorded, and with their goals. The text says how they compare.
+/// Compares ticks, sizes and the stack with what was recorded, and with their goals. The text says how they
+/// compare.
 pub fn gate(image: &Path) -> Result<String, Failure> {
     let path = baseline();
     let text = std::fs::read_to_string(&path)

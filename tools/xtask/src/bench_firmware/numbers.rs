@@ -115,8 +115,9 @@ impl Numbers {
 }
 
 impl Numbers {
-    /// Instructions that the table of `tick` adds to one without, by the medians: the middle one of rest, moving and sweeping, as
-    /// far as both were counted. Which block's samples wrap around the memory's end makes three instructions more or fewer.
+    /// Instructions that the table of `tick` adds to one without, by the medians: the middle one of rest,
+    /// moving and sweeping, as far as both were counted. Which block's samples wrap around the memory's end
+    /// makes three instructions more or fewer.
     pub fn added_by(&self, tick: &TickNumbers) -> Option<u32> {
         let states = ["rest", "moving", "sweeping"];
         let added = states.into_iter().filter_map(|state| {

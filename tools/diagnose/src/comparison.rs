@@ -28,6 +28,7 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     let given_on_all = study.on_all(given, &[], &[])?;
     study.weigh_by(&given_on_all);
     let (first, _) = refit(&study.stack(Role::Train), given, &candidates)?;
+    let first = study.in_phase(first, given);
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
     study.clean(&first_on_all);
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;

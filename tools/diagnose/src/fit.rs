@@ -1,8 +1,8 @@
 //! Output-error fit of a model's parameters, and of laws added to it, to all recordings jointly.
 //!
-//! What is made small is the difference between simulation and recording, never an equation error: an inverse model
-//! is biased by noise in what it differentiates. Offsets and initial states are solved for inside every evaluation
-//! (variable projection with Kaufman's Jacobian), so the search sees only the parameters proper.
+//! What is made small is the difference between simulation and recording, never an equation error: an inverse
+//! model is biased by noise in what it differentiates. Offsets and initial states are solved for inside every
+//! evaluation (variable projection with Kaufman's Jacobian), so the search sees only the parameters proper.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
+use crate::one_mode::OneMode;
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
@@ -39,8 +40,8 @@ pub(crate) struct Effort {
     rounds: usize,
     /// A search ends when a step gains less than this share of the sum of squares.
     tolerance: f64,
-    /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are made anew:
-    /// they change little, and most of a step's simulations are theirs.
+    /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are
+    /// made anew: they change little, and most of a step's simulations are theirs.
     kept_steps: usize,
     /// Relative step of the differences that make the Jacobian, in search coordinates.
     difference: f64,
@@ -62,7 +63,8 @@ impl Effort {
     /// To follow a valley that bends: all derivatives are made anew for every step.
     pub(crate) const BENT: Self =
         Self { evaluations: 40, rounds: 3, tolerance: 1e-6, kept_steps: 0, difference: DIFFERENCE };
-    /// To get across the jags of a law that makes the motion depend on when it takes hold, one after another: see [`Fitted::is_jagged`].
+    /// To get across the jags of a law that makes the motion depend on when it takes hold, one after another:
+    /// see [`Fitted::is_jagged`].
     pub(crate) const ROUGH: [Self; 2] = [Self::rough(ROUGH_DIFFERENCE), Self::rough(1e-2)];
     /// For what is reported.
     pub(crate) const FULL: Self =
@@ -126,7 +128,8 @@ impl Problem<'_, '_> {
         self.columns(search, point, &(0..search.len()).collect::<Vec<usize>>())
     }
 
-    /// The same, those by the model's own parameters a few steps old where a law's parameters are searched with them.
+    /// The same, those by the model's own parameters a few steps old where a law's parameters are searched
+    /// with them.
     fn jacobian_mostly_kept(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
         let (laws, own): (Vec<usize>, Vec<usize>) =
             (0..search.len()).partition(|&index| self.free[index].is_added);
@@ -147,9 +150,10 @@ impl Problem<'_, '_> {
         all
     }
 
-    /// Whether steps bend with the valley. Second derivatives need first ones of the very point, and a simulation that does not jump: not
-    /// that of readings in steps, nor a law's that is searched, dry friction above all. And along a valley what several parameters
-    /// do all but cancels, which differences to one side do not show.
+    /// Whether steps bend with the valley. Second derivatives need first ones of the very point, and a
+    /// simulation that does not jump: not that of readings in steps, nor a law's that is searched, dry
+    /// friction above all. And along a valley what several parameters do all but cancels, which differences
+    /// to one side do not show.
     fn bends(&self) -> bool {
         let is_smooth = self.hypothesis.unrounded().is_none() && self.free.iter().all(|p| !p.is_added);
         is_smooth && self.free.len() > 1 && self.absorbing.is_none()
@@ -178,7 +182,15 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
-        let step = self.free[column].difference(search[column], self.difference);
+        let parameter = self.free[column].as_search(self.free[column].to_value(search[column]));
+        let length = self.free[column].difference(search[column], self.difference);
+        // At a bound only what lies inside is a machine: a sensor cannot lose more of a sign than all of it.
+        let [is_ahead, is_behind] =
+            [search[column] + length <= parameter.upper, search[column] - length >= parameter.lower];
+        let step = if is_ahead || !is_behind { length } else { -length };
+        if let Some(change) = self.tangent_of_one_mode(search, column, record, fit) {
+            return Some(change);
+        }
         let moved = |step: f64| {
             let mut moved = search.to_vec();
             moved[column] += step;
@@ -187,13 +199,41 @@ impl Problem<'_, '_> {
             self.stack.prediction(record, &hypothesis, &fit.initial)
         };
         let mut change = moved(step)?;
-        let both = self.central || self.bends() || self.hypothesis.unrounded().is_some();
+        let both = (self.central || self.bends() || self.hypothesis.unrounded().is_some())
+            && (is_ahead == is_behind);
         let (base, length) = match both.then(|| moved(-step)).flatten() {
             Some(before) => (before, 2.0 * step),
             None => (self.stack.weighted(record, &fit.simulated), step),
         };
         add_scaled(&mut change, -1.0, &base);
         change.iter_mut().for_each(|value| *value /= length);
+        Some(change)
+    }
+}
+
+impl Problem<'_, '_> {
+    /// The same by a parameter of one of several independent modes, simulated alone; `None` for all others.
+    fn tangent_of_one_mode(
+        &self,
+        search: &[f64],
+        column: usize,
+        record: usize,
+        fit: &RecordFit,
+    ) -> Option<Vec<f64>> {
+        let free = &self.free[column];
+        if !self.stack.adds_free_responses(record, self.hypothesis) {
+            return None;
+        }
+        let one = OneMode::of(self.hypothesis, free)?;
+        let hypothesis = self.moved(search)?;
+        let step = free.difference(search[column], self.difference);
+        let at = |search: f64| {
+            let moved = one.alone(&hypothesis, free.to_value(search))?;
+            self.stack.prediction(record, &moved, one.initial(&fit.initial))
+        };
+        let (mut change, before) = (at(search[column] + step)?, at(search[column] - step)?);
+        add_scaled(&mut change, -1.0, &before);
+        change.iter_mut().for_each(|value| *value /= 2.0 * step);
         Some(change)
     }
 }
@@ -297,9 +337,9 @@ pub(crate) enum Others<'o> {
     Known(&'o [Vec<f64>]),
 }
 
-/// The same from fits of the recordings nearby, whose initial states and what those could change are good enough to begin
-/// with. Where other parameters absorb, the sum of squares is what is left once they have been refitted, as far as straight lines
-/// go: a few simulations instead of hundreds.
+/// The same from fits of the recordings nearby, whose initial states and what those could change are good
+/// enough to begin with. Where other parameters absorb, the sum of squares is what is left once they have
+/// been refitted, as far as straight lines go: a few simulations instead of hundreds.
 pub(crate) fn fit_near(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
@@ -348,7 +388,8 @@ pub(crate) fn fit_near(
         // What is kept of the derivatives may end a search early; the next one starts with all of them.
         let gained = 1.0 - fitted.sum_of_squares / before;
         let is_cut = effort.rounds > 1 && problem.budget.load(Ordering::Relaxed) == 0;
-        // Where all are added up a search is not begun anew for its initial states' sake, but for what it had no evaluations left for.
+        // Where all are added up a search is not begun anew for its initial states' sake, but for what it had
+        // no evaluations left for.
         let settled = (!is_cut && stack.all_add_free_responses(&fitted.hypothesis))
             || (before.is_finite() && gained < 10.0 * effort.tolerance);
         if !settled && effort.rounds > 1 {
@@ -368,9 +409,9 @@ impl Fitted {
         self.records.iter().map(|record| record.initial.clone()).collect()
     }
 
-    /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*, nuisances
-    /// taken out; one column per parameter over all recordings. Of a jagged fit that leaves more than noise by large differences: which jag
-    /// it ended in says nothing of the machine.
+    /// Derivatives of the weighted prediction with respect to the free parameters *in search coordinates*,
+    /// nuisances taken out; one column per parameter over all recordings. Of a jagged fit that leaves more
+    /// than noise by large differences: which jag it ended in says nothing of the machine.
     pub(crate) fn sensitivities(&self, stack: &Stack<'_>) -> Vec<Vec<f64>> {
         self.sensitivities_by(stack, true)
     }
@@ -380,9 +421,9 @@ impl Fitted {
         self.sensitivities_by(stack, false)
     }
 
-    /// Whether a small change of a law's parameter changes the motion by far more than its share of a larger one: after play is crossed a
-    /// little earlier, or a stop touched, everything later comes at another moment. Small differences know nothing of where such a fit
-    /// improves then.
+    /// Whether a small change of a law's parameter changes the motion by far more than its share of a larger
+    /// one: after play is crossed a little earlier, or a stop touched, everything later comes at another
+    /// moment. Small differences know nothing of where such a fit improves then.
     pub(crate) fn is_jagged(&self, stack: &Stack<'_>) -> bool {
         let laws: Vec<usize> =
             (0..self.free.len()).filter(|&index| self.free[index].path.starts_with("physics.")).collect();
@@ -392,9 +433,9 @@ impl Fitted {
         fine.iter().zip(&rough).any(|(fine, rough)| length(fine) > JAGGED * length(rough))
     }
 
-    /// The same fit carried on by differences so large that they look across jags: from where it is, and from where its laws are larger,
-    /// since the jag that a fit has ended in is lower than all around it, and while a law was missing the model's own parameters have made up
-    /// for a part of it.
+    /// The same fit carried on by differences so large that they look across jags: from where it is, and from
+    /// where its laws are larger, since the jag that a fit has ended in is lower than all around it, and
+    /// while a law was missing the model's own parameters have made up for a part of it.
     pub(crate) fn across_the_jags(&self, stack: &Stack<'_>) -> Self {
         let from = |times: &f64| {
             let (mut values, mut starts) = (self.with_larger_laws(*times), self.initial_states());

@@ -41,6 +41,7 @@ mod looked_at;
 mod naming;
 mod next_experiment;
 mod noise;
+mod one_mode;
 mod options;
 mod outliers;
 mod overlays;

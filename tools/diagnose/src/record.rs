@@ -165,6 +165,30 @@ impl Record {
         })
     }
 
+    /// The same with every `nth` sample of its outputs; the input is followed at its own rate. Nothing is
+    /// filtered: what a sensor did to a sample it did to those that are kept. The same where an output has
+    /// samples of its own times.
+    pub(crate) fn thinned(&self, nth: usize) -> Self {
+        let is_full = |output: &OutputSignal| output.at.len() == self.time_s.len();
+        if nth < 2 || !self.outputs.iter().all(is_full) {
+            return self.clone();
+        }
+        let every = |samples: &[f64]| samples.iter().step_by(nth).copied().collect::<Vec<f64>>();
+        let time_s = every(&self.time_s);
+        let outputs = self.outputs.iter().map(|output| OutputSignal {
+            at: (0..time_s.len()).collect(),
+            samples: every(&output.samples),
+            ..output.clone()
+        });
+        Self {
+            input: self.input.as_deref().map(every),
+            rerun: self.rerun.thinned(nth),
+            outputs: outputs.collect(),
+            time_s,
+            ..self.clone()
+        }
+    }
+
     /// The same with another guess of what the input does between its samples; `None` where that is not
     /// asked: nothing drives, or a controller does.
     pub(crate) fn between(
@@ -209,6 +233,34 @@ impl Record {
             output.without(&aside)
         });
         Self { outputs: outputs.collect(), ..self.clone() }
+    }
+
+    /// Pieces of this share (0 to 1) of the run, `most` at most and spread evenly, as recordings of their own;
+    /// `None` where there are fewer than two.
+    pub(crate) fn pieces(&self, model: &Model, share: f64, most: usize) -> Option<Vec<Recording>> {
+        let stamps = (share * self.time_s.len() as f64) as usize;
+        let count = ((1.0 / share) as usize).min(most);
+        if count < 2 {
+            return None;
+        }
+        let last = self.time_s.len().checked_sub(stamps)?;
+        let first = |number: usize| number * last / (count - 1);
+        let piece = |number: usize| {
+            let range = first(number)..first(number) + stamps;
+            let name = format!("{} from {:.3} s", self.name, self.time_s.get(range.start)?);
+            let mut piece = Recording::new(name, self.time_s[range.clone()].to_vec());
+            if let (Some(input), Some(samples)) = (model.input(), &self.input) {
+                piece = piece.with_column(input.column.clone(), samples[range.clone()].to_vec());
+            }
+            for output in &self.outputs {
+                let mut samples = vec![f64::NAN; stamps];
+                let places = output.at.iter().zip(&output.samples).filter(|(at, _)| range.contains(at));
+                places.for_each(|(at, value)| samples[at - range.start] = *value);
+                piece = piece.with_column(output.column.clone(), samples);
+            }
+            Some(piece)
+        };
+        (0..count).map(piece).collect()
     }
 
     /// Length in seconds.

@@ -6,17 +6,24 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use crate::error::DiagnoseError;
 use crate::fit::{Effort, Fitted, fit};
 use crate::parameters::{FreeParameter, free_parameters};
+use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::Stack;
 
-/// A parameter is refitted when a change of a twentieth of its value, or more, would show: its own part of the
-/// sensitivity in residual standard deviations. What is known worse than that is known better from the drawing.
+/// A parameter is refitted when a change of a twentieth of its value, or more, would show: its own part of
+/// the sensitivity in residual standard deviations. What is known worse than that is known better from the
+/// drawing.
 const VISIBLE: f64 = 20.0;
+/// Beside laws, when the recordings know it so many times better than the drawing does: its standard error
+/// beside the factor within which its given value is right. A law that was missing has hidden what the model
+/// does: a damper that is known to a factor of two is refitted though a twentieth of it would not show.
+const SURER: f64 = 2.8;
 
 /// Refits the model within its own parameters.
 ///
-/// Parameters that the recordings cannot tell apart from those before them in the list stay as given, or where an earlier fit took them
-/// where those others cannot make up for the way back; their paths are returned too.
+/// Parameters that the recordings cannot tell apart from those before them in the list stay as given, or
+/// where an earlier fit took them where those others cannot make up for the way back; their paths are
+/// returned too.
 pub(crate) fn refit(
     stack: &Stack<'_>,
     given: &Hypothesis,
@@ -38,8 +45,9 @@ pub(crate) fn refit_from(
     refit_at(stack, given, candidates, start, &[], Effort::FULL)
 }
 
-/// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those that are not
-/// are at their given values, which `hypothesis` has. Not to the end: the search goes on from here, and what it chooses is finished then.
+/// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those
+/// that are not are at their given values, which `hypothesis` has. Not to the end: the search goes on from
+/// here, and what it chooses is finished then.
 pub(crate) fn refit_beside_laws(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
@@ -56,12 +64,14 @@ pub(crate) fn refit_beside_laws(
     if stack.is_over() || there.as_ref().is_some_and(|there| there.sum_of_squares < noise) {
         return there;
     }
-    // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be nearer.
+    // Without the laws the model's own parameters may have gone far to make up for them; the drawing may be
+    // nearer.
     let drawn = refit_from_drawing(stack, hypothesis, before, Effort::TRIAL);
     there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
 
-/// A set of laws fitted again, the model's own parameters from the drawing, which of them are free decided anew.
+/// A set of laws fitted again, the model's own parameters from the drawing, which of them are free decided
+/// anew.
 pub(crate) fn refit_from_drawing(
     stack: &Stack<'_>,
     hypothesis: &Hypothesis,
@@ -79,7 +89,8 @@ pub(crate) fn refit_from_drawing(
     refit_at(stack, hypothesis, &candidates, start, &[], effort).ok().map(|(fitted, _)| fitted)
 }
 
-/// Refits the model within the range in which its given values can be wrong. Fits that go on from there may leave it.
+/// Refits the model within the range in which its given values can be wrong. Fits that go on from there may
+/// leave it.
 pub(crate) fn refit_within_drawing(stack: &Stack<'_>, given: &Hypothesis) -> Option<Fitted> {
     let candidates = free_parameters(given);
     let bounded: Vec<FreeParameter> = candidates.iter().cloned().map(FreeParameter::within_drawing).collect();
@@ -140,7 +151,8 @@ fn refit_at(
         let base = at.hypothesis.with_given(&dropped, candidates).ok_or_else(diverged)?;
         let from = |base: &Hypothesis| fit(stack, base, &free, &values, &at.initial_states(), effort);
         let (mut fitted, mut all) = (from(&base).ok_or_else(diverged)?, given_values(candidates));
-        // A parameter may have gone far before it turned out that others do its work; at its given value the fit is lost.
+        // A parameter may have gone far before it turned out that others do its work; at its given value the
+        // fit is lost.
         if fitted.sum_of_squares > LOST * at.sum_of_squares {
             (fitted, all) = (from(&at.hypothesis).ok_or_else(diverged)?, at.values.clone());
         }
@@ -190,9 +202,9 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
     let columns = fitted.sensitivities(stack);
     let mut basis = Orthonormal::default();
     let (mut kept, mut dropped) = (Vec::new(), Vec::new());
-    // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now. A refit without laws
-    // may use all that shows in the noise; beside laws that are not fitted yet, directions that hardly show are where a fit runs
-    // away to make up for them.
+    // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now.
+    // A refit without laws may use all that shows in the noise; beside laws that are not fitted yet,
+    // directions that hardly show are where a fit runs away to make up for them.
     let left = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt();
     let has_added = fitted.free.iter().any(|parameter| parameter.is_added);
     let level = if has_added { left } else { left.min(1.0) };
@@ -201,7 +213,9 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
         let mut rest = column.clone();
         basis.remove_from(&mut rest);
         let own = dot(&rest, &rest).sqrt();
-        if (fitted.free[index].is_added || own > VISIBLE * level) && own > 1e-5 * whole {
+        let free = &fitted.free[index];
+        let least = if has_added { SURER / free.known_within().ln() } else { VISIBLE };
+        if (free.is_added || own > least * level) && own > 1e-5 * whole {
             basis.push(column);
             kept.push(index);
         } else {
@@ -211,13 +225,27 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
     (kept, dropped)
 }
 
-/// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley: every
-/// frequency of the model's own is first looked for around its given value, the others standing still, twice round.
+/// A scan is thinned out where it would look at more samples than this, every frequency's counted.
+const MUCH_TO_SCAN: usize = 300_000;
+
+/// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley:
+/// every frequency of the model's own is first looked for around its given value, the others standing still,
+/// twice round.
 fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
     const REACH: f64 = 0.12;
     const STEPS: i32 = 24;
+    let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
+    // Many modes on long recordings are looked at in fewer samples, and their initial states as those of the
+    // given model.
+    let work = stack.present() * free.iter().filter(|parameter| sets_frequency(parameter)).count();
+    let is_driven = stack.records.iter().all(|record| record.input.is_some());
+    let is_large = work > MUCH_TO_SCAN && is_driven && stack.is_even();
+    let nth = if is_large { 2 * work / MUCH_TO_SCAN } else { 1 };
+    let thin: Vec<Record> = stack.records.iter().map(|record| record.thinned(nth)).collect();
+    let stack = &Stack { records: thin.iter().collect(), ..stack.clone() };
+    let near = given.with_values(free, values).filter(|_| is_large);
+    let near = near.and_then(|given| stack.evaluate(&given, &[]));
     for round in 0..2 {
-        let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
         for (index, _) in free.iter().enumerate().filter(|(_, parameter)| sets_frequency(parameter)) {
             let reach = if round == 0 { REACH } else { 0.2 * REACH };
             let centre = values[index];
@@ -229,7 +257,11 @@ fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter
                     let value = centre * (power * reach * f64::from(step) / f64::from(STEPS)).exp();
                     let mut trial = values.to_vec();
                     trial[index] = value;
-                    let records = stack.evaluate(&given.with_values(free, &trial)?, &[])?;
+                    let moved = given.with_values(free, &trial)?;
+                    let records = match &near {
+                        Some(near) => stack.seen_from(&moved, near)?,
+                        None => stack.evaluate(&moved, &[])?,
+                    };
                     let sum: f64 = records.iter().map(|r| dot(&r.residuals, &r.residuals)).sum();
                     (value >= free[index].lower && value <= free[index].upper).then_some((sum, value))
                 })

@@ -377,6 +377,23 @@ impl Stack<'_> {
             .collect()
     }
 
+    /// Whether every sample counts for itself.
+    pub(crate) fn is_even(&self) -> bool {
+        self.weights.iter().flatten().all(|weighting| matches!(weighting, Weighting::Even(_)))
+    }
+
+    /// The same of many long recordings from what the initial states of fits nearby could change: a look at
+    /// models that differ from them.
+    pub(crate) fn seen_from(&self, hypothesis: &Hypothesis, near: &[RecordFit]) -> Option<Vec<RecordFit>> {
+        (0..self.records.len())
+            .into_par_iter()
+            .map(|index| {
+                let near = &near[index];
+                Some(self.evaluate_from(index, hypothesis, &near.initial, &near.nuisances)?.0)
+            })
+            .collect()
+    }
+
     /// A model with laws, begun from the fits of one without or with fewer: from rest or from their initial
     /// states, whichever is better, and with what theirs could change. A look; [`Stack::evaluate`] is the
     /// answer.

@@ -23,7 +23,9 @@ fn models() -> Vec<Model> {
         .replace("[input]", "[drive]\nbandwidth_hz = 20\n[input]");
     let pulled = with(LUMPED, "body = \"motor\"\ngain = 2.0", "body = \"motor\"\nquantity = \"position\"");
     let mut all = vec![Model::BeamOnBase(forced), Model::BeamOnBase(served), Model::BeamOnBase(paper_beam())];
-    for text in [&modal, &modal_served, &with(&modal, "base_position_m", "force_N"), LUMPED, &pulled] {
+    let turning = LUMPED.replace("_m\"", "_rad\"");
+    let forced_modes = with(&modal, "base_position_m", "force_N");
+    for text in [&modal, &modal_served, &forced_modes, LUMPED, &pulled, &turning] {
         all.push(Model::from_toml("m", text).unwrap());
     }
     all
@@ -123,6 +125,7 @@ fn every_parameter_has_an_effect_and_a_unit() {
                     "velocity" => 0.01,
                     "beta" | "gamma" => 50.0,
                     "stiffness" if id == "cubic_stiffness" => 1e7,
+                    "stiffness" if id == "pendulum" => -1e4,
                     "drag" => 100.0,
                     "damping" if id == "amplitude_damping" => 1e5,
                     _ => 2.0,

@@ -14,6 +14,7 @@ mod nested;
 pub(crate) mod on_a_spring;
 mod other_refits;
 mod other_valleys;
+mod pieces;
 pub(crate) mod rounds;
 pub(crate) mod same_force;
 pub(crate) mod same_lateness;

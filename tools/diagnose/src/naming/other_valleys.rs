@@ -77,7 +77,7 @@ impl Search<'_> {
     /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where neither leaves less.
     fn fitted_to_beginnings_first(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train).until(self.patience);
-        let longer = member.fitted.over_a_lengthening_horizon(&stack);
+        let longer = member.fitted.over_a_lengthening_horizon(&stack, 0.0);
         let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
         let rough = (!arrived).then(|| member.fitted.across_the_jags(&stack));
         let best = longer

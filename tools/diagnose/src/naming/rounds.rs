@@ -320,7 +320,13 @@ impl Search<'_> {
             .zip(errors)
             .filter_map(|((parameter, value), stderr)| {
                 let name = parameter.path.strip_prefix(own)?.to_owned();
-                Some((name, *value, *stderr, parameter.lower, parameter.upper))
+                // A law that is complete at its bound is not pressed against it.
+                let mut specs = self.candidates[candidate].law.parameters().iter();
+                let is_natural = specs.any(|spec| {
+                    spec.name == name && spec.is_complete_at_upper && spec.upper == parameter.upper
+                });
+                let upper = if is_natural { f64::INFINITY } else { parameter.upper };
+                Some((name, *value, *stderr, parameter.lower, upper))
             })
             .collect();
         let mut parameters = parameters;
@@ -407,6 +413,26 @@ mod tests {
     use crate::naming::hidden_laws::AS_WELL;
     use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
     use crate::two_bodies::{driven, slide, swept};
+
+    #[test]
+    fn a_sensor_that_loses_the_sign_wholly_is_known_and_not_pressed_against_a_bound() {
+        for amplitude in [3.0, 8.0] {
+            let mut truth = machine();
+            truth.setup_mut().physics = vec![Physics::new("rectification", "sensor").with("share", 1.0)];
+            let noisy = |times: f64| noisy_runs(&truth, &[amplitude, times * amplitude], 1e-4);
+            searched(&noisy(2.0), &noisy(1.5), |search, refitted| {
+                let (_, tried) = search.round(&refitted);
+                let is_it = |tried: &&Tried| search.candidates[tried.candidate].law.id() == "rectification";
+                let tried = tried.iter().find(is_it).expect("tried");
+                let (_, share, ..) = &tried.parameters[0];
+                assert!(*share > 0.99, "{share}");
+                for name in ["bounds", "determined", "training"] {
+                    let gate = tried.gates.iter().find(|gate| gate.name == name).unwrap();
+                    assert!(gate.passed, "{name}: {}", gate.detail);
+                }
+            });
+        }
+    }
 
     /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does. The weak one is fitted at the wrong
     /// body too; fits of what looks like the strong one are no reason not to look around other refits, which finds it.

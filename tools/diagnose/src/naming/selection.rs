@@ -105,6 +105,12 @@ impl Search<'_> {
         let mut tried_first: Vec<Tried> = Vec::new();
         let mut left_out = Vec::new();
         let mut reached = HashSet::new();
+        if let Some(found) = self.found_in_pieces(&chosen) {
+            self.held_out_starts = found.held_out_starts;
+            if let Some(member) = self.member(found.laws, found.fitted) {
+                chosen = self.weighed_again(member);
+            }
+        }
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
             if self.is_over() && !screened_first.is_empty() {

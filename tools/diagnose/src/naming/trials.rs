@@ -262,6 +262,8 @@ fn trials(
             .map(|(stiffness, rest)| shaped("stiffness", *stiffness, &[("rest_position", *rest)]))
             .collect(),
         "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
+        // What of the spring's force the sine takes away at the largest angle.
+        "pendulum" => amplitude("stiffness", f / (z - z.sin()).abs().max(f64::MIN_POSITIVE)),
         "hysteresis" => {
             [0.3, 1.0, 3.0].iter().map(|share| shaped("stiffness", f / z, &[("beta", share / z)])).collect()
         }

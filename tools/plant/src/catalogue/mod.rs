@@ -51,6 +51,7 @@ mod hysteresis;
 mod law;
 mod nonlinearity;
 mod parameter_drift;
+mod pendulum;
 mod periodic_disturbance;
 mod piecewise;
 mod quadratic_drag;
@@ -82,6 +83,7 @@ pub fn laws() -> &'static [&'static dyn Law] {
         &cogging::Cogging,
         &cable_spring::CableSpring,
         &cubic_stiffness::CubicStiffness,
+        &pendulum::Pendulum,
         &hysteresis::Hysteresis,
         &backlash::Backlash,
         &end_stop::EndStop,

@@ -137,6 +137,14 @@ impl Model {
         quantity == Some(Quantity::Velocity)
     }
 
+    /// Whether what is at a location turns about an axis of its own against the ground: an output reads a
+    /// body's angle, angular velocity or angular acceleration in radian.
+    pub fn turns(&self, location: &str) -> bool {
+        let Self::Lumped(model) = self else { return false };
+        let mut outputs = model.outputs.iter().filter(|output| output.body == location);
+        outputs.any(|output| unit_of(&output.column).starts_with("rad"))
+    }
+
     /// Whether the input is a motion, in straight lines between its samples, rather than a force.
     pub fn input_is_motion(&self) -> bool {
         match self {

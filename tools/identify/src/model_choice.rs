@@ -36,6 +36,24 @@ pub(crate) struct Chosen<'r> {
     pub(crate) remarks: Vec<Rejected>,
 }
 
+#[cfg(test)]
+impl<'r> Chosen<'r> {
+    /// A fit as it is, nothing else looked for.
+    pub(crate) fn alone(model: ForcedModel<'r>, minimum: Minimum<Projected>) -> Self {
+        Self {
+            model,
+            minimum,
+            steps: Vec::new(),
+            rejected: Vec::new(),
+            not_linear: Vec::new(),
+            dependences: Vec::new(),
+            new_dependence: None,
+            looks_for_more: false,
+            remarks: Vec::new(),
+        }
+    }
+}
+
 /// Whether a further mode was added.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Added {

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! request ─▶ motion plan ─▶ command ─▶ shaping ─▶ guard ─▶ setpoint ─▶ DAC code, steps
+//! pulses ──▶ source ──────┘
 //! inputs ──▶ faults ────────────┴──────────────────┘  └────▶ status, telemetry
 //! ```
 //!
@@ -11,6 +12,7 @@
 //! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a
 //! lock-free queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
+mod following;
 mod supervision;
 
 use heapless::spsc::{Consumer, Producer};
@@ -24,6 +26,7 @@ use crate::servo::analog::{Owed, Target};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseConfiguration, PulseScale, Pulses};
 use crate::shaper::{Cascade, Fade, Shaping};
+use crate::source::{Source, SourceSetup};
 use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
 
@@ -75,6 +78,8 @@ pub struct Setup {
     pub pulses: Option<PulseScale>,
     /// The encoder, if there is one.
     pub encoder: Option<EncoderScale>,
+    /// Another controller's pulses, if they are the command.
+    pub source: Option<SourceSetup>,
 }
 
 /// What one tick is told by the hardware.
@@ -82,6 +87,8 @@ pub struct Setup {
 pub struct Inputs {
     /// The encoder's counter.
     pub encoder_counter: u16,
+    /// The counter of another controller's pulses.
+    pub source_counter: u16,
     /// Whether the emergency input is active, or was since the last tick.
     pub emergency: bool,
     /// The levels of the general inputs: the flags [`Flags::CONTACTS`] has.
@@ -149,6 +156,12 @@ pub struct Controller<'m> {
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
     encoder_counter: u16,
+    /// Where the command comes from another controller's pulses.
+    source: Option<Source>,
+    /// Their counter in the last tick.
+    source_counter: u16,
+    /// The limits keep the setpoint away from the shaped command.
+    lags: bool,
     latch: Latch,
     drive: Drive,
     /// What [`Drive`] puts out.
@@ -182,6 +195,8 @@ pub struct Controller<'m> {
 enum Motion<'m> {
     Hold,
     Planned(MotionPlan<'m>),
+    /// Another controller's pulses are the command.
+    Following,
     Stop(StopPlan),
     /// The setpoint itself is braked.
     Braking(StopPlan),
@@ -227,6 +242,9 @@ impl<'m> Controller<'m> {
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
+            source: setup.source.map(|setup| Source::new(setup, 0)),
+            source_counter: 0,
+            lags: false,
             braking: setup.braking,
             ramp_ticks: setup.drive.times.ramp,
             setup,
@@ -302,6 +320,10 @@ impl<'m> Controller<'m> {
         if self.links.requests.ready() {
             self.take_request();
         }
+        self.source_counter = inputs.source_counter;
+        if let Some(source) = &mut self.source {
+            source.count(inputs.source_counter);
+        }
         let encoder = self.observe(inputs);
         self.advance_command();
         let (shaped, retired) = self.shaping.step(self.command);
@@ -312,14 +334,14 @@ impl<'m> Controller<'m> {
         let drive_enabled = self.outputs.enable;
         let target = Target { setpoint: self.setpoint, previous: before, encoder, drive_enabled };
         let analog = self.setup.analog.code(target, &mut self.owed);
-        let behind = match &mut self.pulses {
+        let pulses_behind = match &mut self.pulses {
             Some(pulses) => {
                 self.train = pulses.step(self.setpoint, pulses_busy(pulses.configuration()));
                 self.train.behind
             }
             None => false,
         };
-        self.note_clamping(analog.clamped | behind);
+        self.note_clamping(analog.clamped | pulses_behind);
         let (flags, activity) = self.publish(encoder);
         let sample_queued = self.offer_sample(encoder, flags, activity);
         self.tick = self.tick.wrapping_add(1);
@@ -374,7 +396,9 @@ impl<'m> Controller<'m> {
     fn accept(&mut self, request: Request<'m>) {
         match request {
             // Planned from rest, which a fault may have ended since.
-            Request::Start(plan) if !self.drive.may_move() => self.give_back(plan.into_memory()),
+            Request::Start(plan) if !self.drive.may_move() || self.source.is_some() => {
+                self.give_back(plan.into_memory());
+            }
             Request::Start(plan) => {
                 // Planned at rest, where a lag has nothing left to hold back.
                 self.shaping.end_lag();
@@ -384,11 +408,13 @@ impl<'m> Controller<'m> {
                 self.ramp_ticks = self.setup.drive.times.ramp;
                 self.change_motion(Motion::Planned(plan));
             }
-            Request::Stop => {
-                if matches!(self.motion, Motion::Planned(_)) {
+            Request::Stop => match self.motion {
+                Motion::Planned(_) => {
                     self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking)));
                 }
-            }
+                Motion::Following => self.stop_following(),
+                _ => {}
+            },
             Request::Shape(cascade, fade) => {
                 // The console owns the second history only while no handover is under way, so the cascade
                 // is accepted; were it not, its memory would go back at once.
@@ -438,6 +464,7 @@ impl<'m> Controller<'m> {
             self.encoder = setup.encoder.map(|scale| Encoder::new(scale, counter, at));
             self.conditions.put(Flags::ENCODER_OFF, false);
         }
+        self.configure_source(setup.source);
         self.setup = setup;
     }
 
@@ -468,6 +495,7 @@ impl<'m> Controller<'m> {
 
     /// The setpoint that may go out.
     fn guarded(&mut self, shaped: Nanometres) -> Nanometres {
+        let shaped = if self.source.is_some() { self.limited(shaped) } else { shaped };
         if self.past_shaper {
             return self.command;
         }
@@ -509,6 +537,7 @@ impl<'m> Controller<'m> {
         let next = match &mut self.motion {
             Motion::Hold => None,
             Motion::Planned(plan) => plan.step(),
+            Motion::Following => return self.follow_source(),
             Motion::Stop(plan) | Motion::Braking(plan) => plan.step(),
         };
         let Some(position) = next else {
@@ -543,8 +572,14 @@ impl<'m> Controller<'m> {
         }
     }
 
+    /// Whether a command that stays where it is no longer moves the setpoint.
+    #[inline]
+    fn is_settled(&self) -> bool {
+        self.shaping.is_settled(self.quiet_ticks) & !self.lags
+    }
+
     fn is_at_rest(&self) -> bool {
-        matches!(self.motion, Motion::Hold) && self.shaping.is_settled(self.quiet_ticks)
+        matches!(self.motion, Motion::Hold | Motion::Following) && self.is_settled()
     }
 
     /// What the machine does; and where it holds, whether it is in position, which is known here without a question that a move
@@ -555,11 +590,15 @@ impl<'m> Controller<'m> {
             _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Planned(plan) => plan.activity(),
             Motion::Stop(_) | Motion::Braking(_) => Activity::Stopping,
-            Motion::Hold => {
-                let settled = self.shaping.is_settled(self.quiet_ticks);
+            Motion::Hold | Motion::Following => {
+                let settled = self.is_settled();
                 let wrong = self.conditions.flags.contains(Flags::ENCODER_OFF);
                 self.lines = self.lines.with(Lines::IN_POSITION, settled & !wrong & self.outputs.enable);
-                if settled { Activity::Rest } else { Activity::Settling }
+                match self.motion {
+                    _ if settled => Activity::Rest,
+                    Motion::Following => Activity::Following,
+                    _ => Activity::Settling,
+                }
             }
         }
     }

@@ -20,7 +20,7 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::{Mms, Sms, Ts};
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::{digital_inputs, emergency_stop, encoder, outputs, step_pulses, watchdog};
+use super::{digital_inputs, emergency_stop, encoder, outputs, pulse_input, step_pulses, watchdog};
 use crate::control::{Controller, Inputs};
 use crate::machine::TIMER_CLOCK_HZ;
 use crate::telemetry::Status;
@@ -149,6 +149,7 @@ impl TickState {
         let counted = pac::TIM9.cnt().read().cnt();
         let inputs = Inputs {
             encoder_counter: encoder::counter(),
+            source_counter: pulse_input::counter(),
             emergency: emergency_stop::is_active(),
             contacts: digital_inputs::levels(),
             // One update is this tick's; none means that nobody counts.

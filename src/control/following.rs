@@ -10,6 +10,8 @@ use crate::units::Nanometres;
 
 impl Controller<'_> {
     /// Reads the pulses like this from now on. Another source begins with the drive off.
+    #[cold]
+    #[inline(never)]
     pub(super) fn configure_source(&mut self, setup: Option<SourceSetup>) {
         match (&mut self.source, setup, &self.setup.source) {
             (Some(source), Some(setup), Some(before)) if setup.is_same_source(before) => {
@@ -23,6 +25,8 @@ impl Controller<'_> {
     }
 
     /// Lets the pulses be the command, from where the setpoint is. For a shaper that has settled there.
+    #[cold]
+    #[inline(never)]
     pub(super) fn begin_following(&mut self) {
         let Some(source) = &mut self.source else { return };
         source.begin_at(self.setpoint);

@@ -30,6 +30,12 @@ impl Average {
         }
     }
 
+    /// As if it had been at this position in all ticks, in place: the stack has better things to hold.
+    pub fn begin_at(&mut self, position_nm: i32) {
+        self.recent_nm.fill(position_nm);
+        self.sum_nm = i64::from(position_nm) << self.bits;
+    }
+
     /// The mean with the position of this tick; exact.
     #[inline]
     pub fn step(&mut self, position_nm: i32) -> FinePosition {

@@ -140,7 +140,7 @@ impl Source {
         self.moved = 0;
         self.geared = Geared::new(self.setup.gearing);
         self.position_nm = position.0.into();
-        self.average = Average::new(self.setup.average_bits, position.0);
+        self.average.begin_at(position.0);
         self.target_nm = position.0;
     }
 

@@ -447,3 +447,29 @@ fn status_tells_the_delay_of_mean_and_shaper() {
     let lag_ms = (counted_nm - setpoint_nm) / 20_000.0 / 4.0;
     assert!((lag_ms - delay_ms).abs() < 0.26, "{lag_ms} ms behind, {delay_ms} told");
 }
+
+#[test]
+fn a_stop_of_a_setpoint_that_is_behind_catches_up_with_nothing() {
+    let modes = two_modes("zvd");
+    let mut lines = vec!["set move.velocity_mm_s 100"];
+    lines.extend(modes.iter().map(String::as_str));
+    let mut in_line = InLine::enabled("quadrature", &lines);
+    let mut setpoints_nm = vec![0; 2];
+    setpoints_nm.push(in_line.tick(30_000));
+    setpoints_nm.extend(in_line.ticks(&[0; 400]));
+    assert!(in_line.said("behind_nm") > 10_000_000);
+    let before_nm = *setpoints_nm.last().expect("ticks");
+    in_line.bench.clear_log();
+    in_line.bench.accept("stop");
+    setpoints_nm.extend(in_line.bench.take_log());
+    setpoints_nm.extend(in_line.ticks(&[0; 1000]));
+    // 100 mm/s at 5000 mm/s² are a millimetre.
+    assert_held(&setpoints_nm, 25_000.0, 312.5);
+    let gone_nm = setpoints_nm.last().expect("ticks") - before_nm;
+    assert!((500_000..1_100_000).contains(&gone_nm), "{gone_nm} nm");
+    assert_eq!(in_line.bench.line("drive"), "enabled");
+    in_line.bench.accept("enable");
+    assert_eq!(in_line.ticks(&[1; 1000]).len(), 1000);
+    let last_nm = in_line.ticks(&[0; 1000]).last().copied();
+    assert_eq!(last_nm, Some(before_nm + gone_nm + 1_000_000));
+}

@@ -26,7 +26,7 @@ use crate::servo::analog::{Owed, Target};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseConfiguration, PulseScale, Pulses};
 use crate::shaper::{Cascade, Fade, Shaping};
-use crate::source::{Source, SourceSetup};
+use crate::source::{Average, Source, SourceSetup};
 use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
 
@@ -231,6 +231,9 @@ struct Stream {
 }
 
 impl<'m> Controller<'m> {
+    /// Another controller's pulses have paused when the command has not changed for longer than its mean takes.
+    const PAUSE_TICKS: u32 = Average::MOST_TICKS as u32;
+
     /// A controller at rest at zero, the drive off.
     pub fn new(links: Links<'m>, cascade: Cascade<'m>, setup: Setup) -> Self {
         let zero = Nanometres(0);
@@ -575,7 +578,9 @@ impl<'m> Controller<'m> {
     /// Whether a command that stays where it is no longer moves the setpoint.
     #[inline]
     fn is_settled(&self) -> bool {
-        self.shaping.is_settled(self.quiet_ticks) & !self.lags
+        // A shaper that changes nothing has always run out; pulses may come all the same.
+        let pulses = matches!(self.motion, Motion::Following) & (self.quiet_ticks <= Self::PAUSE_TICKS);
+        self.shaping.is_settled(self.quiet_ticks) & !self.lags & !pulses
     }
 
     fn is_at_rest(&self) -> bool {

@@ -3,7 +3,7 @@
 //! the counted input asks for in that tick. What stands behind it rings, or does not.
 
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -206,11 +206,25 @@ fn run(lines: &[String], changes: Vec<Change>) -> Option<Run> {
     let first_count =
         controller.counted.iter().position(|&counts| counts != 0).expect("something was counted");
     let counted = controller.counted[first_count..].to_vec();
-    let machine = machine.lock().expect("no panic");
+    let machine = heard_until(&machine, first_tick + counted.len());
     assert_eq!(machine.mishaps(), Mishaps::default());
-    let steps: Vec<i64> = machine.ticks()[first_tick..].iter().map(|tick| tick.counts).collect();
-    let ticks = steps.len().min(counted.len());
-    Some(Run { steps: steps[..ticks].to_vec(), counted: counted[..ticks].to_vec(), source })
+    let steps: Vec<i64> =
+        machine.ticks()[first_tick..].iter().map(|tick| tick.counts).take(counted.len()).collect();
+    Some(Run { steps, counted, source })
+}
+
+/// The machine, when it has heard of so many ticks: what the emulator tells comes later than it happens.
+fn heard_until(machine: &Mutex<MachineSide>, ticks: usize) -> MutexGuard<'_, MachineSide> {
+    let deadline = Instant::now() + PATIENCE;
+    loop {
+        let heard = machine.lock().expect("no panic");
+        if heard.ticks().len() >= ticks {
+            return heard;
+        }
+        drop(heard);
+        assert!(Instant::now() < deadline, "the emulator tells nothing any more");
+        std::thread::sleep(Duration::from_millis(5));
+    }
 }
 
 fn set_up(kind: &str, average_ticks: u32) -> Vec<String> {

@@ -473,3 +473,29 @@ fn a_stop_of_a_setpoint_that_is_behind_catches_up_with_nothing() {
     let last_nm = in_line.ticks(&[0; 1000]).last().copied();
     assert_eq!(last_nm, Some(before_nm + gone_nm + 1_000_000));
 }
+
+#[test]
+fn a_machine_that_follows_is_not_at_rest_before_the_pulses_have_paused() {
+    for shaper in ["off", "zvd"] {
+        let modes = two_modes(shaper);
+        let mut in_line = InLine::enabled("step_dir", &modes.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(in_line.bench.line("state"), "rest");
+        for _ in 0..50 {
+            in_line.tick(1);
+            assert_eq!(in_line.bench.line("state"), "following");
+        }
+        let refused = {
+            in_line.bench.accept("set move.velocity_mm_s 100");
+            in_line.bench.refuse("apply")
+        };
+        assert!(refused.contains("not at rest but following"), "{refused}");
+        in_line.ticks(&[0; 1200]);
+        assert_eq!(in_line.bench.line("state"), "rest");
+        in_line.bench.accept("apply");
+        // A tick that is missed on the way is the fault that it is during a move.
+        in_line.tick(1);
+        let inputs = in_line.bench.inputs();
+        in_line.bench.tick_with(Inputs { missed_ticks: 1, ..inputs });
+        assert_eq!(in_line.bench.line("fault"), "missed_tick");
+    }
+}

@@ -158,8 +158,6 @@ pub struct Controller<'m> {
     encoder_counter: u16,
     /// Where the command comes from another controller's pulses.
     source: Option<Source>,
-    /// Their counter in the last tick.
-    source_counter: u16,
     /// The limits keep the setpoint away from the shaped command.
     lags: bool,
     latch: Latch,
@@ -245,8 +243,7 @@ impl<'m> Controller<'m> {
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
-            source: setup.source.map(|setup| Source::new(setup, 0)),
-            source_counter: 0,
+            source: setup.source.map(Source::new),
             lags: false,
             braking: setup.braking,
             ramp_ticks: setup.drive.times.ramp,
@@ -323,9 +320,8 @@ impl<'m> Controller<'m> {
         if self.links.requests.ready() {
             self.take_request();
         }
-        self.source_counter = inputs.source_counter;
-        if let Some(source) = &mut self.source {
-            source.count(inputs.source_counter);
+        if self.source.is_some() {
+            self.count_pulses(inputs.source_counter);
         }
         let encoder = self.observe(inputs);
         self.advance_command();

@@ -18,9 +18,18 @@ impl Controller<'_> {
                 source.set_limits(setup.limits);
             }
             (source, setup, _) => {
-                *source = setup.map(|setup| Source::new(setup, self.source_counter));
+                *source = setup.map(Source::new);
                 self.lags = false;
             }
+        }
+    }
+
+    /// Counts what has come since the last tick. Apart from the tick, which then has registers enough where there are no pulses.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn count_pulses(&mut self, counter: u16) {
+        if let Some(source) = &mut self.source {
+            source.count(counter);
         }
     }
 

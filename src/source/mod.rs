@@ -84,8 +84,8 @@ const FURTHEST_NM: i64 = (MAX_TRAVEL_MM * 1.0e6) as i64;
 #[derive(Debug)]
 pub struct Source {
     setup: SourceSetup,
-    /// The hardware's counter in the last tick.
-    counter: u16,
+    /// The hardware's counter in the last tick, if there was one.
+    counter: Option<u16>,
     /// Edges that do not make a whole count yet.
     edges: i32,
     /// Counts since the start; wraps.
@@ -103,11 +103,11 @@ pub struct Source {
 }
 
 impl Source {
-    /// A source whose counter now stands at `counter`.
-    pub fn new(setup: SourceSetup, counter: u16) -> Self {
+    /// A source that counts from its first tick on.
+    pub fn new(setup: SourceSetup) -> Self {
         Self {
             setup,
-            counter,
+            counter: None,
             edges: setup.kind.first_edges(),
             counted: 0,
             moved: 0,
@@ -127,8 +127,8 @@ impl Source {
     /// Takes the counter as it stands in this tick. Between two calls it moves by less than 2¹⁵ edges.
     #[inline]
     pub fn count(&mut self, counter: u16) {
-        let edges = self.edges + i32::from(counter.wrapping_sub(self.counter).cast_signed());
-        self.counter = counter;
+        let before = self.counter.replace(counter).unwrap_or(counter);
+        let edges = self.edges + i32::from(counter.wrapping_sub(before).cast_signed());
         let bits = self.setup.kind.edge_bits();
         self.moved = edges >> bits;
         self.edges = edges - (self.moved << bits);

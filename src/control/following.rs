@@ -13,7 +13,7 @@ impl Controller<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn configure_source(&mut self, setup: Option<SourceSetup>) {
-        match (&mut self.source, setup, &self.setup.source) {
+        match (&mut *self.links.source, setup, &self.setup.source) {
             (Some(source), Some(setup), Some(before)) if setup.is_same_source(before) => {
                 source.set_limits(setup.limits);
             }
@@ -22,22 +22,14 @@ impl Controller<'_> {
                 self.lags = false;
             }
         }
-    }
-
-    /// Counts what has come since the last tick. Apart from the tick, which then has registers enough where there are no pulses.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn count_pulses(&mut self, counter: u16) {
-        if let Some(source) = &mut self.source {
-            source.count(counter);
-        }
+        self.has_source = setup.is_some();
     }
 
     /// Lets the pulses be the command, from where the setpoint is. For a shaper that has settled there.
     #[cold]
     #[inline(never)]
     pub(super) fn begin_following(&mut self) {
-        let Some(source) = &mut self.source else { return };
+        let Some(source) = self.links.source else { return };
         source.begin_at(self.setpoint);
         self.lags = false;
         self.past_shaper = false;
@@ -58,7 +50,7 @@ impl Controller<'_> {
     /// The command of this tick.
     #[inline(never)]
     pub(super) fn follow_source(&mut self) {
-        let Some(source) = &mut self.source else { return };
+        let Some(source) = self.links.source else { return };
         let position = source.step();
         let [_, before, now] = self.recent;
         self.recent = [before, now, position];
@@ -79,7 +71,7 @@ impl Controller<'_> {
     /// The setpoint that the limits permit.
     #[inline(never)]
     pub(super) fn limited(&mut self, shaped: Nanometres) -> Nanometres {
-        let Some(source) = &mut self.source else { return shaped };
+        let Some(source) = self.links.source else { return shaped };
         let following = matches!(self.motion, Motion::Following);
         let mut behind_nm = 0;
         let mut limited = shaped;

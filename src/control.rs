@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! request ─▶ motion plan ─▶ command ─▶ shaping ─▶ guard ─▶ setpoint ─▶ DAC code, steps
+//! pulses ──▶ source ──────┘
 //! inputs ──▶ faults ────────────┴──────────────────┘  └────▶ status, telemetry
 //! ```
 //!
@@ -11,6 +12,7 @@
 //! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a
 //! lock-free queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
+mod following;
 mod supervision;
 
 use heapless::spsc::{Consumer, Producer};
@@ -24,6 +26,7 @@ use crate::servo::analog::{Owed, Target};
 use crate::servo::pulses::StepTrain;
 use crate::servo::{AnalogOutput, DacCode, Encoder, EncoderScale, PulseConfiguration, PulseScale, Pulses};
 use crate::shaper::{Cascade, Fade, Shaping};
+use crate::source::{Average, Source, SourceSetup};
 use crate::telemetry::{Activity, Flags, Sample, Status};
 use crate::units::Nanometres;
 
@@ -75,6 +78,8 @@ pub struct Setup {
     pub pulses: Option<PulseScale>,
     /// The encoder, if there is one.
     pub encoder: Option<EncoderScale>,
+    /// Another controller's pulses, if they are the command.
+    pub source: Option<SourceSetup>,
 }
 
 /// What one tick is told by the hardware.
@@ -82,6 +87,8 @@ pub struct Setup {
 pub struct Inputs {
     /// The encoder's counter.
     pub encoder_counter: u16,
+    /// The counter of another controller's pulses.
+    pub source_counter: u16,
     /// Whether the emergency input is active, or was since the last tick.
     pub emergency: bool,
     /// The levels of the general inputs: the flags [`Flags::CONTACTS`] has.
@@ -129,6 +136,9 @@ pub struct Links<'m> {
     pub status: &'m Status,
     /// What single bytes ask for.
     pub asked: &'m Asked,
+    /// Where the command comes from another controller's pulses. Apart from the controller, whose other fields are then near enough
+    /// to each other for short instructions.
+    pub source: &'m mut Option<Source>,
 }
 
 /// The state of the control loop.
@@ -149,6 +159,10 @@ pub struct Controller<'m> {
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
     encoder_counter: u16,
+    /// Another controller's pulses are the command.
+    has_source: bool,
+    /// The limits keep the setpoint away from the shaped command.
+    lags: bool,
     latch: Latch,
     drive: Drive,
     /// What [`Drive`] puts out.
@@ -182,6 +196,8 @@ pub struct Controller<'m> {
 enum Motion<'m> {
     Hold,
     Planned(MotionPlan<'m>),
+    /// Another controller's pulses are the command.
+    Following,
     Stop(StopPlan),
     /// The setpoint itself is braked.
     Braking(StopPlan),
@@ -216,8 +232,12 @@ struct Stream {
 }
 
 impl<'m> Controller<'m> {
+    /// Another controller's pulses have paused when the command has not changed for longer than its mean takes.
+    const PAUSE_TICKS: u32 = Average::MOST_TICKS as u32;
+
     /// A controller at rest at zero, the drive off.
     pub fn new(links: Links<'m>, cascade: Cascade<'m>, setup: Setup) -> Self {
+        *links.source = setup.source.map(Source::new);
         let zero = Nanometres(0);
         let mut controller = Self {
             links,
@@ -227,6 +247,8 @@ impl<'m> Controller<'m> {
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
+            has_source: setup.source.is_some(),
+            lags: false,
             braking: setup.braking,
             ramp_ticks: setup.drive.times.ramp,
             setup,
@@ -248,7 +270,7 @@ impl<'m> Controller<'m> {
             stream: Stream::default(),
         };
         controller.look_at_drive();
-        controller.publish(None);
+        controller.publish::<true>(None);
         controller
     }
 
@@ -274,12 +296,12 @@ impl<'m> Controller<'m> {
     pub fn hold_after_crash(&mut self) {
         self.trip(Fault::Restart);
         // Known before the first tick.
-        self.publish(None);
+        self.publish::<true>(None);
     }
 
     #[inline]
-    fn publish(&mut self, encoder: Option<Nanometres>) -> (Flags, Activity) {
-        let (flags, activity) = (self.flags(), self.activity());
+    fn publish<const FOLLOWS: bool>(&mut self, encoder: Option<Nanometres>) -> (Flags, Activity) {
+        let (flags, activity) = (self.flags(), self.activity::<FOLLOWS>());
         self.links.status.publish(activity, self.tick, self.command, self.setpoint);
         self.links.status.publish_faults(self.latch.fault(), flags, encoder);
         (flags, activity)
@@ -288,13 +310,25 @@ impl<'m> Controller<'m> {
     /// One tick of the control loop.
     #[inline]
     pub fn tick(&mut self, inputs: Inputs) -> TickOutput {
-        self.tick_asking(inputs, |_| inputs.pulses_busy)
+        let pulses_busy = |_| inputs.pulses_busy;
+        if self.has_source() {
+            self.tick_asking::<true>(inputs, pulses_busy)
+        } else {
+            self.tick_asking::<false>(inputs, pulses_busy)
+        }
     }
 
-    /// The same, asking whether the step output still makes the steps of an earlier tick only where there is one:
-    /// [`Inputs::pulses_busy`] is not looked at.
+    /// Whether another controller's pulses are the command.
     #[inline]
-    pub fn tick_asking(
+    pub fn has_source(&self) -> bool {
+        self.has_source
+    }
+
+    /// A tick, asking whether the step output still makes the steps of an earlier tick only where there is one:
+    /// [`Inputs::pulses_busy`] is not looked at. `FOLLOWS` is what [`Controller::has_source`] says: a tick of its own for either, so
+    /// that the one pays nothing for the other. What a request changes in this is so from the next tick on.
+    #[inline(always)]
+    pub fn tick_asking<const FOLLOWS: bool>(
         &mut self,
         inputs: Inputs,
         pulses_busy: impl FnOnce(PulseConfiguration) -> bool,
@@ -302,25 +336,28 @@ impl<'m> Controller<'m> {
         if self.links.requests.ready() {
             self.take_request();
         }
+        if FOLLOWS && let Some(source) = self.links.source {
+            source.count(inputs.source_counter);
+        }
         let encoder = self.observe(inputs);
-        self.advance_command();
+        self.advance_command::<FOLLOWS>();
         let (shaped, retired) = self.shaping.step(self.command);
         self.give_back(retired.map(MotionMemory::History));
         let before = self.setpoint;
-        self.setpoint = self.guarded(shaped);
+        self.setpoint = self.guarded::<FOLLOWS>(shaped);
         self.earlier_setpoint = before;
         let drive_enabled = self.outputs.enable;
         let target = Target { setpoint: self.setpoint, previous: before, encoder, drive_enabled };
         let analog = self.setup.analog.code(target, &mut self.owed);
-        let behind = match &mut self.pulses {
+        let pulses_behind = match &mut self.pulses {
             Some(pulses) => {
                 self.train = pulses.step(self.setpoint, pulses_busy(pulses.configuration()));
                 self.train.behind
             }
             None => false,
         };
-        self.note_clamping(analog.clamped | behind);
-        let (flags, activity) = self.publish(encoder);
+        self.note_clamping(analog.clamped | pulses_behind);
+        let (flags, activity) = self.publish::<FOLLOWS>(encoder);
         let sample_queued = self.offer_sample(encoder, flags, activity);
         self.tick = self.tick.wrapping_add(1);
         let train = self.train();
@@ -374,7 +411,9 @@ impl<'m> Controller<'m> {
     fn accept(&mut self, request: Request<'m>) {
         match request {
             // Planned from rest, which a fault may have ended since.
-            Request::Start(plan) if !self.drive.may_move() => self.give_back(plan.into_memory()),
+            Request::Start(plan) if !self.drive.may_move() || self.has_source => {
+                self.give_back(plan.into_memory());
+            }
             Request::Start(plan) => {
                 // Planned at rest, where a lag has nothing left to hold back.
                 self.shaping.end_lag();
@@ -384,11 +423,13 @@ impl<'m> Controller<'m> {
                 self.ramp_ticks = self.setup.drive.times.ramp;
                 self.change_motion(Motion::Planned(plan));
             }
-            Request::Stop => {
-                if matches!(self.motion, Motion::Planned(_)) {
+            Request::Stop => match self.motion {
+                Motion::Planned(_) => {
                     self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking)));
                 }
-            }
+                Motion::Following => self.stop_following(),
+                _ => {}
+            },
             Request::Shape(cascade, fade) => {
                 // The console owns the second history only while no handover is under way, so the cascade
                 // is accepted; were it not, its memory would go back at once.
@@ -438,10 +479,13 @@ impl<'m> Controller<'m> {
             self.encoder = setup.encoder.map(|scale| Encoder::new(scale, counter, at));
             self.conditions.put(Flags::ENCODER_OFF, false);
         }
+        self.configure_source(setup.source);
         self.setup = setup;
     }
 
     /// Looks at the inputs and stops the machine where they say so. Returns where the encoder says it is.
+    // Part of either tick, as its telemetry is.
+    #[inline(always)]
     fn observe(&mut self, inputs: Inputs) -> Option<Nanometres> {
         // One branch for all that hardly ever happens.
         let unusual = self.setup.drive.inputs.unusual(inputs.contacts);
@@ -467,7 +511,8 @@ impl<'m> Controller<'m> {
     }
 
     /// The setpoint that may go out.
-    fn guarded(&mut self, shaped: Nanometres) -> Nanometres {
+    fn guarded<const FOLLOWS: bool>(&mut self, shaped: Nanometres) -> Nanometres {
+        let shaped = if FOLLOWS { self.limited(shaped) } else { shaped };
         if self.past_shaper {
             return self.command;
         }
@@ -505,10 +550,12 @@ impl<'m> Controller<'m> {
 
     /// Of the tick alone, so that it is part of it.
     #[inline]
-    fn advance_command(&mut self) {
+    fn advance_command<const FOLLOWS: bool>(&mut self) {
         let next = match &mut self.motion {
-            Motion::Hold => None,
-            Motion::Planned(plan) => plan.step(),
+            Motion::Following if FOLLOWS => return self.follow_source(),
+            Motion::Hold | Motion::Following => None,
+            Motion::Planned(plan) if !FOLLOWS => plan.step(),
+            Motion::Planned(_) => None,
             Motion::Stop(plan) | Motion::Braking(plan) => plan.step(),
         };
         let Some(position) = next else {
@@ -543,27 +590,41 @@ impl<'m> Controller<'m> {
         }
     }
 
+    /// Whether a command that stays where it is no longer moves the setpoint.
+    #[inline]
+    fn is_settled(&self) -> bool {
+        // A shaper that changes nothing has always run out; pulses may come all the same.
+        let pulses = matches!(self.motion, Motion::Following) & (self.quiet_ticks <= Self::PAUSE_TICKS);
+        self.shaping.is_settled(self.quiet_ticks) & !self.lags & !pulses
+    }
+
     fn is_at_rest(&self) -> bool {
-        matches!(self.motion, Motion::Hold) && self.shaping.is_settled(self.quiet_ticks)
+        matches!(self.motion, Motion::Hold | Motion::Following) && self.is_settled()
     }
 
     /// What the machine does; and where it holds, whether it is in position, which is known here without a question that a move
     /// would be asked, too. What begins a motion, a fault or the end of a drive says at once that it is not.
     #[inline]
-    fn activity(&mut self) -> Activity {
+    fn activity<const FOLLOWS: bool>(&mut self) -> Activity {
         match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Planned(plan) => plan.activity(),
             Motion::Stop(_) | Motion::Braking(_) => Activity::Stopping,
-            Motion::Hold => {
-                let settled = self.shaping.is_settled(self.quiet_ticks);
+            Motion::Hold | Motion::Following => {
+                let settled =
+                    if FOLLOWS { self.is_settled() } else { self.shaping.is_settled(self.quiet_ticks) };
                 let wrong = self.conditions.flags.contains(Flags::ENCODER_OFF);
                 self.lines = self.lines.with(Lines::IN_POSITION, settled & !wrong & self.outputs.enable);
-                if settled { Activity::Rest } else { Activity::Settling }
+                match self.motion {
+                    _ if settled => Activity::Rest,
+                    Motion::Following if FOLLOWS => Activity::Following,
+                    _ => Activity::Settling,
+                }
             }
         }
     }
 
+    #[inline(always)]
     fn offer_sample(&mut self, encoder: Option<Nanometres>, flags: Flags, activity: Activity) -> bool {
         let stream = &mut self.stream;
         if stream.decimation == 0 {

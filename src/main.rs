@@ -28,6 +28,7 @@ mod image {
     use stillbeam_firmware::machine::{HISTORY_SAMPLES, History, Machine, TIMER_CLOCK_HZ};
     use stillbeam_firmware::restart::Restart;
     use stillbeam_firmware::settings::{DriveSettings, Settings, SettingsStore};
+    use stillbeam_firmware::source::SourceKind;
     use stillbeam_firmware::telemetry::Sample;
     use stillbeam_firmware::telemetry::sender::Sender;
     use stillbeam_firmware::watchdog::Patience;
@@ -86,7 +87,7 @@ mod image {
         }
         log_start(&restart, parts.console.settings());
         parts.console.note_restart(restart);
-        board::follow(parts.console.settings().drive(), parts.console.tick_rate());
+        follow_settings(&parts.console);
         emergency_stop::set_at_once(parts.console.settings().safety().stops_at_once());
         // The first tick knows the settings.
         parts.controller.take_waiting_requests();
@@ -161,7 +162,7 @@ mod image {
                 }
                 Some(Effect::SelfTest) => {
                     console.self_tested(self_test::run(clock), &mut text);
-                    board::follow(console.settings().drive(), console.tick_rate());
+                    follow_settings(&console);
                 }
                 Some(Effect::SetBrownOut(level)) => {
                     watchdog::set_patience(Patience::SAVING);
@@ -198,15 +199,27 @@ mod image {
         now
     }
 
+    /// Sets the hardware up for what runs.
+    fn follow_settings(console: &Console<'_>) {
+        let settings = console.settings();
+        board::follow(settings.drive(), settings.source().kind(), console.tick_rate());
+    }
+
     /// What the hardware was last set up for.
     struct Followed {
         clocks_per_tick: u32,
         drive: DriveSettings,
+        source: SourceKind,
     }
 
     impl Followed {
         fn by(console: &Console<'_>) -> Self {
-            Self { clocks_per_tick: console.clocks_per_tick(), drive: *console.settings().drive() }
+            let settings = console.settings();
+            Self {
+                clocks_per_tick: console.clocks_per_tick(),
+                drive: *settings.drive(),
+                source: settings.source().kind(),
+            }
         }
 
         /// Sets the hardware up anew where a command has changed what it depends on.
@@ -216,11 +229,11 @@ mod image {
             if now.clocks_per_tick != self.clocks_per_tick {
                 tick_timer::set_clocks_per_tick(now.clocks_per_tick);
                 log_rate(now.clocks_per_tick);
-            } else if now.drive == self.drive {
+            } else if now.drive == self.drive && now.source == self.source {
                 return;
             }
             log_settings(console.settings());
-            board::follow(&now.drive, console.tick_rate());
+            follow_settings(console);
             *self = now;
         }
     }

@@ -148,6 +148,11 @@ impl Bench {
         self.inputs = inputs;
     }
 
+    /// What is at the inputs of every tick that is not told otherwise.
+    pub fn inputs(&self) -> Inputs {
+        self.inputs
+    }
+
     /// From now on the option bytes keep this level, whatever is written.
     pub fn stick_brown_out_at(&mut self, level: BrownOut) {
         self.stuck_brown_out = Some(level);

@@ -2,10 +2,12 @@
 //! image on an emulated board.
 
 pub mod bench;
+pub mod convolution;
 pub mod emulator;
 pub mod flash;
 pub mod identification_records;
 pub mod machine_side;
 pub mod played_plans;
+pub mod pulse_counter;
 pub mod step_timer;
 pub mod still_beam;

@@ -7,6 +7,7 @@ use stillbeam_host_tests::bench::Bench;
 
 const MISSED: Inputs = Inputs {
     encoder_counter: 0,
+    source_counter: 0,
     emergency: false,
     contacts: Flags(0),
     missed_ticks: 1,

@@ -10,6 +10,7 @@ use stillbeam_host_tests::bench::Bench;
 const MISSED: Inputs = Inputs {
     missed_ticks: 3,
     encoder_counter: 0,
+    source_counter: 0,
     emergency: false,
     contacts: Flags(0),
     pulses_busy: false,

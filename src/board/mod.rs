@@ -11,6 +11,7 @@
 //! | emergency input | PB1, EXTI1 interrupt, priority 1 |
 //! | step pulses | TIM1: PA8 step or A, PA11 direction or B |
 //! | encoder | TIM8: PC6 A, PC7 B |
+//! | another controller's pulses | TIM3: PA6 direction or A, PA7 step or B; PC8, open |
 //! | tick | TIM2 update interrupt, priority 1: only a byte that comes and masked sections go before it |
 //! | ticks counted in hardware | TIM9, by TIM2's updates |
 //! | watchdog | IWDG |
@@ -26,6 +27,7 @@
 use core::sync::atomic::{AtomicPtr, Ordering};
 
 use crate::settings::DriveSettings;
+use crate::source::SourceKind;
 use crate::units::TickRate;
 
 pub mod brown_out;
@@ -40,6 +42,7 @@ pub mod flash;
 pub mod flash_accelerator;
 pub mod image;
 pub mod outputs;
+pub mod pulse_input;
 pub mod restart;
 pub mod self_test;
 pub mod serial;
@@ -49,7 +52,8 @@ pub mod tick_timer;
 pub mod watchdog;
 
 /// Sets up what depends on the settings and is not the tick's.
-pub fn follow(settings: &DriveSettings, tick_rate: TickRate) {
+pub fn follow(settings: &DriveSettings, source: SourceKind, tick_rate: TickRate) {
+    pulse_input::configure(source);
     outputs::set_standstill(settings.analog(tick_rate).standstill());
     step_pulses::configure(settings.pulse_configuration(tick_rate));
     emergency_stop::set_input(settings.emergency_input());

@@ -20,7 +20,7 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::{Mms, Sms, Ts};
 use embassy_sync::waitqueue::AtomicWaker;
 
-use super::{digital_inputs, emergency_stop, encoder, outputs, step_pulses, watchdog};
+use super::{digital_inputs, emergency_stop, encoder, outputs, pulse_input, step_pulses, watchdog};
 use crate::control::{Controller, Inputs};
 use crate::machine::TIMER_CLOCK_HZ;
 use crate::telemetry::Status;
@@ -146,9 +146,23 @@ pub fn ticks() -> u32 {
 impl TickState {
     #[inline]
     fn run(&mut self) {
+        if self.controller.has_source() { self.run_following() } else { self.run_as::<false>() }
+    }
+
+    /// Apart, so that a tick without pulses has all registers to itself.
+    #[cold]
+    #[inline(never)]
+    fn run_following(&mut self) {
+        self.run_as::<true>();
+    }
+
+    /// A tick; see [`Controller::tick_asking`].
+    #[inline(always)]
+    fn run_as<const FOLLOWS: bool>(&mut self) {
         let counted = pac::TIM9.cnt().read().cnt();
         let inputs = Inputs {
             encoder_counter: encoder::counter(),
+            source_counter: if FOLLOWS { pulse_input::counter() } else { 0 },
             emergency: emergency_stop::is_active(),
             contacts: digital_inputs::levels(),
             // One update is this tick's; none means that nobody counts.
@@ -157,7 +171,7 @@ impl TickState {
             late: self.late,
         };
         self.counted = counted;
-        let output = self.controller.tick_asking(inputs, step_pulses::is_busy);
+        let output = self.controller.tick_asking::<FOLLOWS>(inputs, step_pulses::is_busy);
         outputs::set_lines(output.lines);
         outputs::set_analog(output.analog);
         if let Some(train) = self.controller.train() {

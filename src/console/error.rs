@@ -10,8 +10,9 @@ use crate::drive::{Lacking, State};
 use crate::fault::Fault;
 use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
-use crate::settings::{Key, Refusal, StoreError};
+use crate::settings::{Key, Refusal, SourceMisfit, StoreError};
 use crate::shaper::ModeError;
+use crate::source::{Gearing, SourceKind};
 use crate::telemetry::Activity;
 use crate::units::TickRate;
 
@@ -107,6 +108,8 @@ pub enum CommandError<'l> {
         /// Which.
         lacks: &'static str,
     },
+    /// Another controller's pulses do not fit the other settings.
+    Source(SourceMisfit),
     /// A table or a plan was not taken.
     Upload {
         /// Which.
@@ -144,6 +147,8 @@ pub enum Refused {
     DriveOn,
     /// Enabling lacks something.
     Lacking(Lacking),
+    /// The command comes from another controller.
+    Source(SourceKind),
 }
 
 impl fmt::Display for Refused {
@@ -162,6 +167,11 @@ impl fmt::Display for Refused {
             },
             Self::DriveOn => f.write_str("the drive is on; 'disable' first"),
             Self::Lacking(lacking) => f.write_str(lacking.remedy().unwrap_or("nothing is lacking any more")),
+            Self::Source(kind) => write!(
+                f,
+                "the command comes from another controller (source {}); 'disable', 'set source moves' and 'apply' first",
+                kind.name()
+            ),
         }
     }
 }
@@ -262,6 +272,18 @@ impl fmt::Display for CommandError<'_> {
                     "range loop.gain_per_s: a position loop needs {lacks}; set it, or loop.gain_per_s 0"
                 )
             }
+            Self::Source(SourceMisfit::Gear { gear_nm, gear_counts }) => write!(
+                f,
+                "range source.gear_nm: {gear_nm} nm for {gear_counts} counts are more than {} nm for one",
+                Gearing::MOST_NM_PER_COUNT
+            ),
+            Self::Source(SourceMisfit::Coarse { needed_mm_s2, limit_mm_s2 }) => write!(
+                f,
+                "range source.average_ticks: a single count takes {:.0} mm/s2, move.acceleration_mm_s2 is {}; \
+                 raise source.average_ticks or lower tick.rate_hz",
+                Decimal(*needed_mm_s2),
+                Decimal(*limit_mm_s2)
+            ),
             Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
             Self::BrownOut { found } => {

@@ -28,6 +28,7 @@ use crate::real_time::Asked;
 use crate::restart::{Restart, Start};
 use crate::settings::{Settings, StoreError, Stored};
 use crate::shaper::{ShaperTable, UploadedTable};
+use crate::source::SourceKind;
 use crate::telemetry::{Activity, Flags, Status, Streaming};
 use crate::units::TickRate;
 
@@ -428,8 +429,12 @@ impl<'m> Console<'m> {
         }
     }
 
-    /// Refuses a motion unless the machine is at rest and the drive enabled.
+    /// Refuses a motion unless commands come from here, the machine is at rest and the drive enabled.
     fn require_motion(&self, command: &'static str) -> Result<(), CommandError<'static>> {
+        let source = self.live.source().kind();
+        if source != SourceKind::Moves {
+            return Err(CommandError::Fault { command, reason: Refused::Source(source) });
+        }
         self.require_rest(command)?;
         match self.status.drive() {
             State::Enabled => Ok(()),

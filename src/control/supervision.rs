@@ -109,9 +109,10 @@ impl Controller<'_> {
             self.brake_setpoint();
         } else if now.is_off() && !before.is_off() {
             self.let_go();
-        } else if now.may_move() {
+        } else if now.may_move() && !before.may_move() {
             // The shaper has settled where the setpoint is: see `enable` and `Request::Clear`.
             self.past_shaper = false;
+            self.begin_following();
         }
         self.outputs = now.outputs();
         self.lines = self.lines.with_drive(self.outputs);
@@ -120,7 +121,7 @@ impl Controller<'_> {
     }
 
     /// Brakes the setpoint itself from its own speed.
-    fn brake_setpoint(&mut self) {
+    pub(super) fn brake_setpoint(&mut self) {
         let (before, now) = (self.earlier_setpoint.into(), self.setpoint.into());
         self.change_motion(Motion::Braking(StopPlan::new([before, before, now], self.braking.hardest())));
         self.pass_shaper();
@@ -129,6 +130,7 @@ impl Controller<'_> {
     /// Lets the setpoint be the command itself, which is where the setpoint is.
     fn pass_shaper(&mut self) {
         self.past_shaper = true;
+        self.lags = false;
         if self.command != self.setpoint {
             self.command = self.setpoint;
             self.quiet_ticks = 0;
@@ -145,6 +147,10 @@ impl Controller<'_> {
 
     /// Adopts where the machine is and lets the drive run.
     pub(super) fn enable(&mut self) {
+        if self.drive.may_move() {
+            self.follow_again();
+            return;
+        }
         if !self.is_at_rest()
             || !self.drive.is_off()
             || !self.lacking().is_empty()
@@ -179,6 +185,9 @@ impl Controller<'_> {
         self.recent = [position.into(); 3];
         self.setpoint = position;
         self.earlier_setpoint = position;
+        if let Some(source) = self.links.source {
+            source.begin_at(position);
+        }
         self.pulses = self.setup.pulses.map(|scale| Pulses::new(scale, position));
     }
 
@@ -214,6 +223,11 @@ impl Controller<'_> {
         }
         self.conditions.limit = true;
         self.trip(Fault::Limit);
+        self.step_braking()
+    }
+
+    /// The setpoint of a tick in which the braking has begun.
+    pub(super) fn step_braking(&mut self) -> Nanometres {
         if let Motion::Braking(plan) = &mut self.motion
             && let Some(position) = plan.step()
         {

@@ -50,7 +50,7 @@ impl Sub for FinePosition {
 
 /// ⌊a b / 2⁶⁴⌋.
 #[inline]
-pub(super) fn upper_product(a: u64, b: u64) -> u64 {
+pub(crate) fn upper_product(a: u64, b: u64) -> u64 {
     ((u128::from(a) * u128::from(b)) >> 64) as u64
 }
 

@@ -30,6 +30,7 @@ use core::fmt;
 pub use context::MotionContext;
 pub use decay::{DecayPlan, DecaySpec};
 pub use fine::FinePosition;
+pub(crate) use fine::upper_product;
 pub use limits::MoveLimits;
 pub use r#move::MovePlan;
 pub use multisine::{MultisineDrawing, MultisinePlan};

@@ -59,6 +59,7 @@ impl<'m> MotionPlan<'m> {
     }
 
     /// What `status` calls it.
+    #[inline]
     pub fn activity(&self) -> Activity {
         match self {
             Self::Move(_) => Activity::Moving,

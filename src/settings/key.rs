@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::{DriveKey, INPUTS, InputKey, ModeSetting, SafetyKey, Settings};
+use super::{DriveKey, INPUTS, InputKey, ModeSetting, SafetyKey, Settings, SourceKey};
 use crate::decimal::{self, Decimal};
 use crate::motion::Profile;
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
@@ -43,6 +43,8 @@ pub enum Key {
     Safety(SafetyKey),
     /// `inputN.…`, N from 1; the number here counts from zero.
     Input(usize, InputKey),
+    /// `source` and `source.…`
+    Source(SourceKey),
 }
 
 /// Which value of a mode.
@@ -225,6 +227,7 @@ impl Key {
             .chain(DriveKey::ALL.map(Self::Drive))
             .chain(SafetyKey::ALL.map(Self::Safety))
             .chain((0..INPUTS).flat_map(|input| InputKey::ALL.map(|key| Self::Input(input, key))))
+            .chain(SourceKey::ALL.map(Self::Source))
     }
 
     /// The unit, empty for a bare number.
@@ -240,6 +243,7 @@ impl Key {
             Self::StreamDecimation => "ticks",
             Self::Drive(key) => key.unit(),
             Self::Safety(key) => key.unit(),
+            Self::Source(key) => key.unit(),
             Self::Input(..) => "",
         }
     }
@@ -264,6 +268,7 @@ impl Key {
             Self::Drive(key) => key.meaning(),
             Self::Safety(key) => key.meaning(),
             Self::Input(_, key) => key.meaning(),
+            Self::Source(key) => key.meaning(),
         }
     }
 
@@ -284,6 +289,7 @@ impl Key {
             Self::Drive(key) => key.range(),
             Self::Safety(key) => key.range(),
             Self::Input(..) => (0.0, 0.0),
+            Self::Source(key) => key.range(),
         }
     }
 }
@@ -296,6 +302,7 @@ impl Key {
             Self::Drive(key) => key.words(),
             Self::Safety(key) => key.words(),
             Self::Input(_, key) => Some(key.words()),
+            Self::Source(key) => key.words(),
             Self::ShaperSource => Some(&ShaperSource::WORDS),
             _ => None,
         }
@@ -342,6 +349,7 @@ impl fmt::Display for Key {
             Self::MovingMass => "base.moving_mass_kg",
             Self::Drive(key) => key.name(),
             Self::Safety(key) => key.name(),
+            Self::Source(key) => key.name(),
             Self::Input(input, key) => return write!(f, "input{}.{}", input + 1, key.name()),
         })
     }
@@ -393,6 +401,7 @@ impl Settings {
             Key::Drive(key) => self.drive.get(key),
             Key::Safety(key) => self.safety.get(key),
             Key::Input(input, key) => self.inputs.get(input, key),
+            Key::Source(key) => self.source.get(key),
         }
     }
 
@@ -429,6 +438,7 @@ impl Settings {
             (Key::Drive(key), Value::Word(choice)) => self.drive.put_word(key, choice)?,
             (Key::Safety(key), Value::Word(choice)) => self.safety.put_word(key, choice)?,
             (Key::Input(input, key), Value::Word(choice)) => self.inputs.put_word(input, key, choice)?,
+            (Key::Source(key), Value::Word(choice)) => self.source.put_word(key, choice)?,
             (Key::Profile, value) => self.profile = profile(value)?,
             (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
             (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
@@ -461,6 +471,7 @@ impl Settings {
             Key::Drive(key) => self.drive.put_number(key, number)?,
             Key::Safety(key) => self.safety.put_number(key, number)?,
             Key::Input(_, key) => return Err(Refusal::NotAWord { words: key.words() }),
+            Key::Source(key) => self.source.put_number(key, number)?,
         }
         Ok(())
     }

@@ -8,6 +8,7 @@ pub mod key;
 pub mod record;
 pub mod safety;
 pub mod seal;
+pub mod source;
 pub mod store;
 
 pub use drive::{DriveKey, DriveSettings, EmergencyInput, PulseKind};
@@ -15,6 +16,7 @@ pub use inputs::{INPUTS, InputKey, InputSettings};
 pub use key::{Choice, Key, ModeKey, Refusal, ShaperSource, Value};
 pub use safety::{SafetyKey, SafetySettings};
 pub use seal::Damage;
+pub use source::{SourceKey, SourceMisfit, SourceSettings};
 pub use store::{SettingsStore, StoreError, Stored};
 
 use crate::control::Setup;
@@ -52,6 +54,7 @@ pub struct Settings {
     drive: DriveSettings,
     safety: SafetySettings,
     inputs: InputSettings,
+    source: SourceSettings,
 }
 
 impl Settings {
@@ -106,6 +109,11 @@ impl Settings {
         &self.inputs
     }
 
+    /// Where the command comes from.
+    pub fn source(&self) -> &SourceSettings {
+        &self.source
+    }
+
     /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have this sum of
     /// magnitudes.
     pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
@@ -128,6 +136,7 @@ impl Settings {
             analog: self.drive.analog(tick_rate),
             pulses: self.drive.pulses(tick_rate),
             encoder: self.drive.encoder(),
+            source: self.source.setup(&self.limits, [end(first_mm), end(last_mm)], tick_rate),
         }
     }
 
@@ -165,6 +174,7 @@ impl Default for Settings {
             drive: DriveSettings::default(),
             safety: SafetySettings::default(),
             inputs: InputSettings::default(),
+            source: SourceSettings::default(),
         }
     }
 }

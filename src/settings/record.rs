@@ -56,6 +56,7 @@ impl Key {
             Self::Drive(key) => key.id(),
             Self::Safety(key) => key.id(),
             Self::Input(input, key) => key.id(input),
+            Self::Source(key) => key.id(),
             Self::ShaperSource => 32,
             Self::Mode(index, part) => {
                 let part = match part {

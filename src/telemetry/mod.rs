@@ -7,6 +7,7 @@
 
 pub mod frame;
 pub mod sender;
+mod source;
 
 use core::fmt;
 use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
@@ -14,6 +15,8 @@ use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
 use crate::drive::{Lacking, State};
 use crate::fault::{Counters, Event, Fault};
 use crate::units::Nanometres;
+
+pub use source::SourceStatus;
 
 /// One streamed sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -164,11 +167,13 @@ pub enum Activity {
     Decaying = 8,
     /// An uploaded command is played.
     Playing = 9,
+    /// Another controller's pulses move the setpoint, or did a moment ago.
+    Following = 10,
 }
 
 impl Activity {
     /// Every activity.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Rest,
         Self::Moving,
         Self::Sweeping,
@@ -179,6 +184,7 @@ impl Activity {
         Self::Pulsing,
         Self::Decaying,
         Self::Playing,
+        Self::Following,
     ];
 
     /// The activity of this number, if there is one.
@@ -204,6 +210,7 @@ impl Activity {
             Self::Pulsing => "pulsing",
             Self::Decaying => "decaying",
             Self::Playing => "playing",
+            Self::Following => "following",
         }
     }
 }
@@ -223,6 +230,7 @@ pub struct Status {
     encoder_nm: AtomicI32,
     drive: AtomicU8,
     lacking: AtomicU8,
+    source: SourceStatus,
     counters: Counters,
     /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest so far.
     last_duration: AtomicU32,
@@ -242,6 +250,7 @@ impl Status {
             encoder_nm: AtomicI32::new(0),
             drive: AtomicU8::new(State::NotReady as u8),
             lacking: AtomicU8::new(0),
+            source: SourceStatus::new(),
             counters: Counters::new(),
             last_duration: AtomicU32::new(0),
             worst_duration: AtomicU32::new(0),
@@ -297,6 +306,11 @@ impl Status {
     /// What enabling the drive needs and is not there; as it was when the drive was off last.
     pub fn lacking(&self) -> Lacking {
         Lacking(self.lacking.load(Ordering::Relaxed))
+    }
+
+    /// What another controller's pulses have made, where they are the command.
+    pub fn source(&self) -> &SourceStatus {
+        &self.source
     }
 
     /// How often what has happened.

@@ -58,6 +58,12 @@ pub enum Motion {
     WiredSweep,
     /// A move, put out as steps, with an encoder, during which the table goes over into one that costs as much or more.
     WiredHandover,
+    /// Another controller's steps: in the emulator the counter goes on with its time.
+    StepDir,
+    /// Another controller's quadrature.
+    Quadrature,
+    /// The same, faster than the setpoint may follow.
+    Saturated,
 }
 
 impl Motion {
@@ -66,6 +72,8 @@ impl Motion {
     /// What the shortest and the longest table are measured with too.
     const OTHERS: [Self; 6] =
         [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse, Self::Play];
+    /// Other sources of the command.
+    const SOURCES: [Self; 3] = [Self::StepDir, Self::Quadrature, Self::Saturated];
     /// How long a handover takes at least: speed over acceleration of the move. Counting must be over by then.
     const HANDOVER_S: f64 = 10.0;
 
@@ -85,6 +93,9 @@ impl Motion {
             Self::Wired => "moving, steps and encoder",
             Self::WiredSweep => "sweeping, constant acceleration, steps and encoder",
             Self::WiredHandover => "moving, tables changing, steps and encoder",
+            Self::StepDir => "following, step_dir",
+            Self::Quadrature => "following, quadrature",
+            Self::Saturated => "following, saturated",
         }
     }
 
@@ -113,6 +124,26 @@ impl Motion {
         matches!(self, Self::Handover | Self::WiredHandover)
     }
 
+    /// Whether another controller moves the machine from when it is enabled on.
+    pub fn follows(self) -> bool {
+        Self::SOURCES.contains(&self)
+    }
+
+    /// The settings of the source: some 20 nm per tick, within 1 mm/s; or a thousand times that.
+    fn source(self) -> [String; 3] {
+        let (kind, gear_counts) = match self {
+            Self::StepDir => ("step_dir", 250),
+            Self::Quadrature => ("quadrature", 1000),
+            Self::Saturated => ("quadrature", 1),
+            _ => ("moves", 1),
+        };
+        [
+            format!("set source {kind}"),
+            "set source.gear_nm 1".to_owned(),
+            format!("set source.gear_counts {gear_counts}"),
+        ]
+    }
+
     /// The settings of steps and encoder: a step in every tick at 1 mm/s.
     fn wiring(self) -> [&'static str; 3] {
         match self {
@@ -127,7 +158,7 @@ impl Motion {
     pub fn commands(self, target_mm: f64, shaper: &str) -> Vec<String> {
         let move_there = format!("move {target_mm}");
         match self {
-            Self::Rest => vec![],
+            Self::Rest | Self::StepDir | Self::Quadrature | Self::Saturated => vec![],
             Self::Move | Self::SCurve | Self::MinimumJerk | Self::Wired => vec![move_there],
             Self::Sweep => vec!["sweep linear 1 2 200 0.05".to_owned()],
             Self::AccelerationSweep | Self::WiredSweep => vec!["sweep linear 1 2 200 2mm/s2".to_owned()],
@@ -167,6 +198,7 @@ impl Case {
         }
         for (modes, shaper) in [(0, "off"), (2, "zvdd")] {
             cases.extend(Motion::OTHERS.map(|motion| Self { modes, shaper, streams: false, motion }));
+            cases.extend(Motion::SOURCES.map(|motion| Self { modes, shaper, streams: false, motion }));
         }
         for (modes, shaper) in [(1, "zv"), (2, "zvd"), (2, "zvdd")] {
             cases.push(Self { modes, shaper, streams: false, motion: Motion::Handover });
@@ -194,6 +226,7 @@ impl Case {
     /// The commands that set the table up.
     pub fn table(&self) -> Vec<String> {
         let mut lines: Vec<String> = self.motion.wiring().map(str::to_owned).into();
+        lines.extend(self.motion.source());
         lines.push(format!("set move.profile {}", self.motion.profile()));
         lines.push(format!("set move.acceleration_mm_s2 {}", self.motion.acceleration_mm_s2()));
         let uploaded = match self.shaper {

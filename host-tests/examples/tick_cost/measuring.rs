@@ -52,7 +52,9 @@ impl Bench {
             self.session.command_when_ready(&line)?;
         }
         self.session.enable_virtual_drive()?;
-        self.session.wait_for_rest(PATIENCE)?;
+        if !case.motion.follows() {
+            self.session.wait_for_rest(PATIENCE)?;
+        }
         let samples = self.session.command("info")?.line("history_samples").map(str::to_owned);
         let samples =
             samples.as_deref().and_then(|text| text.split(' ').next()).ok_or("no history_samples")?;

@@ -1,8 +1,9 @@
 //! Standing in for peripherals that the emulator does not model while the image runs: every access to them
 //! stops the CPU, is served, and is passed over.
 //!
-//! Virtual time goes on to the next tick whenever the CPU is resumed. So this is for what the image touches
-//! now and then; an access in every tick would leave no time for anything but ticks.
+//! Virtual time goes on to the next event whenever the CPU is resumed, which would be the next tick: an access in
+//! every tick would leave no time for anything but ticks. So TIM3 of the emulator, whose interrupt the image leaves
+//! masked, makes an event every microsecond meanwhile. What the image itself does with TIM3 has to be stood in for then.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};
@@ -14,6 +15,7 @@ use super::access::{AccessError, PendingAccess};
 use super::clock_cover::Region;
 use super::rsp::{RspClient, RspError};
 use super::thumb::{Direction, WordAccess};
+use super::tick_alignment;
 use super::{Emulator, EmulatorError};
 
 const PC: u8 = 15;
@@ -45,6 +47,8 @@ impl Emulator {
         work: impl FnOnce() -> T,
     ) -> Result<T, EmulatorError> {
         let mut client = self.debug()?;
+        tick_alignment::start_metronome(&mut client, self.reset_at)
+            .map_err(|source| self.link_failed(source))?;
         let done = AtomicBool::new(false);
         let (result, served) = std::thread::scope(|scope| {
             let serving = scope.spawn(|| serve(&mut client, regions, registers, &done));
@@ -62,6 +66,7 @@ impl Emulator {
             Ok(Err((_, AccessError::Link(source)))) => return Err(self.link_failed(source)),
             Err(panic) => std::panic::resume_unwind(panic),
         }
+        tick_alignment::stop_metronome(&mut client).map_err(|source| self.link_failed(source))?;
         client.detach().map_err(|source| self.link_failed(source))?;
         Ok(result)
     }

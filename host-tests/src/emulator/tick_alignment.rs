@@ -24,6 +24,13 @@ const TIM2_CNT: u32 = 0x4000_0024;
 const TIM5_CNT: u32 = 0x4000_0c24;
 const TIM4_CNT: u32 = 0x4000_0824;
 const TIM4_PSC: u32 = 0x4000_0828;
+const TIM3: u32 = 0x4000_0400;
+const CR1: u32 = 0x00;
+const DIER: u32 = 0x0c;
+const CNT: u32 = 0x24;
+const ARR: u32 = 0x2c;
+const ENABLED: u32 = 1;
+const UPDATE_INTERRUPT: u32 = 1;
 /// The slowest that TIM4 counts: in steps of 2¹⁶ ns.
 const SLOWEST: u32 = 0xffff;
 /// Update generation: the write with which firmware starts a period.
@@ -45,6 +52,27 @@ pub(super) fn since_reset_ns<S: Read + Write>(client: &mut RspClient<S>) -> Resu
     let steps = client.read_word(TIM4_CNT)?;
     let exact = client.read_word(TIM5_CNT)?;
     Ok((steps < SLOWEST).then_some(exact))
+}
+
+/// From one event to the next, in ns of virtual time.
+const METRONOME_NS: u32 = 1000;
+
+/// Lets TIM3 make an event every microsecond of virtual time, of which the image hears nothing. For a CPU that is stopped.
+pub(super) fn start_metronome<S: Read + Write>(
+    client: &mut RspClient<S>,
+    reset_at: u32,
+) -> Result<(), RspError> {
+    client.write_word(TIM3 + ARR, METRONOME_NS)?;
+    client.write_word(TIM3 + DIER, UPDATE_INTERRUPT)?;
+    client.write_word(TIM3 + CR1, ENABLED)?;
+    let now = client.read_word(TIM5_CNT)?.wrapping_add(reset_at);
+    client.write_word(TIM3 + CNT, now)
+}
+
+/// Ends what [`start_metronome`] began.
+pub(super) fn stop_metronome<S: Read + Write>(client: &mut RspClient<S>) -> Result<(), RspError> {
+    client.write_word(TIM3 + DIER, 0)?;
+    client.write_word(TIM3 + CR1, 0)
 }
 
 /// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at` is the virtual

@@ -11,6 +11,7 @@ use crate::decimal::{self, Decimal};
 use crate::drive::State;
 use crate::motion::MotionError;
 use crate::shaper::{Cascade, Transition};
+use crate::source::SourceKind;
 use crate::units::{MAX_TRAVEL_MM, Nanometres};
 
 impl Console<'_> {
@@ -28,6 +29,10 @@ impl Console<'_> {
             }
             State::Disabled => {
                 self.forget_history(COMMAND)?;
+                self.request(COMMAND, Request::Enable)?;
+            }
+            // After a stop another controller's pulses are followed again.
+            State::Enabled if self.live.source().kind() != SourceKind::Moves => {
                 self.request(COMMAND, Request::Enable)?;
             }
             State::Enabling | State::Enabled | State::Fault => {}

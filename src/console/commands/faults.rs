@@ -10,6 +10,7 @@ use crate::control::Request;
 use crate::drive::State;
 use crate::fault::{Event, Fault};
 use crate::settings::Settings;
+use crate::source::SourceKind;
 use crate::telemetry::{Activity, Flags};
 use crate::units::TickRate;
 
@@ -135,15 +136,21 @@ impl Console<'_> {
         if let Some(lacks) = settings.drive().position_loop_lacks() {
             return Err(CommandError::PositionLoop { lacks });
         }
+        if let Some(misfit) = settings.source().misfit(&settings.limits(), tick_rate) {
+            return Err(CommandError::Source(misfit));
+        }
         let rescales = settings.drive().rescales(self.live.drive())
             || settings.inputs() != self.live.inputs()
+            || settings.source() != self.live.source()
             || tick_rate != self.table.tick_rate();
         if rescales {
             // No output of an enabled drive may step, and nobody but a drive that is off minds.
             self.require_drive_off(command)?;
         }
-        if settings.limits().travel_mm != self.live.limits().travel_mm {
-            // A motion under way was planned for the travel as it is.
+        let followed = settings.source().kind() != SourceKind::Moves;
+        let other_travel = settings.limits().travel_mm != self.live.limits().travel_mm;
+        if other_travel || followed && settings.limits() != self.live.limits() {
+            // A motion under way was planned for the travel as it is, and one of another controller is not planned at all.
             self.require_still(command)?;
         }
         Ok(())

@@ -7,6 +7,7 @@ use super::words::on_off;
 use crate::console::Console;
 use crate::decimal::Decimal;
 use crate::machine::CORE_CYCLES_PER_TIMER_CLOCK;
+use crate::source::SourceKind;
 use crate::units::TickRate;
 
 impl Console<'_> {
@@ -20,6 +21,7 @@ impl Console<'_> {
             Some(level) => say(out, format_args!("brown_out {level}")),
             None => say(out, format_args!("brown_out unknown")),
         }
+        self.describe_source(out);
         say(out, format_args!("shaper {}", on_off(self.shaper_on)));
         say(out, format_args!("shaper_source {}", self.live.shaper_source().name()));
         say(out, format_args!("shaper_modes {}", table.stages().len()));
@@ -88,6 +90,40 @@ impl Console<'_> {
         }
     }
 
+    /// Where the command comes from, and by what it is multiplied.
+    fn describe_source(&self, out: &mut dyn Write) {
+        let source = self.live.source();
+        say(out, format_args!("source {}", source.kind().name()));
+        if source.kind() != SourceKind::Moves {
+            let (gear_nm, gear_counts) = source.gear();
+            say(out, format_args!("source_gear {gear_nm} nm for {gear_counts} counts"));
+        }
+    }
+
+    /// What the pulses of another controller have made, and by how much the setpoint is behind them.
+    fn print_source(&self, out: &mut dyn Write) {
+        let kind = self.live.source().kind();
+        if kind == SourceKind::Moves {
+            say(out, format_args!("source moves"));
+            return;
+        }
+        let source = self.status.source();
+        let tick_rate = self.table.tick_rate();
+        let delay_s = self.table.delay_s() + self.live.source().delay_ticks() * tick_rate.period_s();
+        say(
+            out,
+            format_args!(
+                "source {} {} counts={} saturated_ticks={} behind_nm={} delay_ms={:.3}",
+                kind.name(),
+                if source.is_following() { "following" } else { "ignored" },
+                source.counted(),
+                source.saturated_ticks(),
+                source.behind_nm(),
+                Decimal(delay_s * 1e3)
+            ),
+        );
+    }
+
     pub(super) fn print_status(&mut self, out: &mut dyn Write) {
         say(out, format_args!("state {}", self.status.activity().name()));
         say(out, format_args!("tick {}", self.status.tick()));
@@ -95,6 +131,7 @@ impl Console<'_> {
         say(out, format_args!("setpoint_nm {}", self.status.setpoint().0));
         say(out, format_args!("dropped_samples {}", self.status.dropped()));
         self.print_durations(out);
+        self.print_source(out);
         self.print_faults(out);
         say(out, format_args!("ok status"));
     }

@@ -13,6 +13,7 @@ use crate::motion::MoveLimits;
 use crate::settings::{Settings, ShaperSource};
 use crate::shaper::table::TableError;
 use crate::shaper::{Cascade, MAX_MODES, Mode, ShaperTable, Transition};
+use crate::source::SourceKind;
 use crate::telemetry::Activity;
 use crate::units::TickRate;
 
@@ -107,12 +108,18 @@ impl Console<'_> {
 
     /// How the machine changes to `table`. The fade adds no more acceleration than is permitted.
     fn transition(&self, table: &ShaperTable) -> Transition {
-        if self.status.activity() == Activity::Rest {
+        // Pulses may come at any moment.
+        if self.status.activity() == Activity::Rest && !self.status.source().is_following() {
             return Transition::AT_REST;
         }
         let MoveLimits { velocity_mm_s, acceleration_mm_s2, .. } = self.live.limits();
         let least_ticks = (velocity_mm_s / acceleration_mm_s2 * table.tick_rate().hz()) as u32;
-        Transition::between(&self.table, self.lag_ticks, table, least_ticks)
+        let transition = Transition::between(&self.table, self.lag_ticks, table, least_ticks);
+        if self.live.source().kind() == SourceKind::Moves {
+            return transition;
+        }
+        // Nothing would ever end a lag, and the limits of the setpoint hold without one.
+        Transition { lag_ticks: 0, ..transition }
     }
 
     /// The table that the settings select.

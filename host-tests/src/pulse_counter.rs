@@ -119,7 +119,7 @@ impl PulseCounter {
             1 => (1, 2),
             2 => (1, 4),
             3 => (1, 8),
-            4..=9 => (1 << (value / 2 - 1), if value % 2 == 0 { 6 } else { 8 }),
+            4..=9 => (1 << (value / 2 - 1), if value.is_multiple_of(2) { 6 } else { 8 }),
             10..=12 => (16, [5, 6, 8][value as usize - 10]),
             _ => (32, [5, 6, 8][value as usize - 13]),
         }

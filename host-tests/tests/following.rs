@@ -230,7 +230,8 @@ fn every_stop_defeats_the_pulses_and_they_are_ignored_until_enabled_again() {
     let limit_switch =
         |bench: &mut Bench| bench.set_inputs(Inputs { contacts: Flags::INPUTS[0], ..bench.inputs() });
     let input = |bench: &mut Bench| bench.set_inputs(Inputs { emergency: true, ..bench.inputs() });
-    let stops: [(&str, &dyn Fn(&mut Bench)); 7] = [
+    type Stop<'s> = (&'s str, &'s dyn Fn(&mut Bench));
+    let stops: [Stop<'_>; 7] = [
         ("stop", &|bench| drop(bench.accept("stop"))),
         ("Ctrl-C", &|bench| drop(bench.send_bytes(&[3]))),
         ("disable", &|bench| drop(bench.accept("disable"))),

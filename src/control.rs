@@ -6,11 +6,11 @@
 //! inputs ──▶ faults ────────────┴──────────────────┘  └────▶ status, telemetry
 //! ```
 //!
-//! The setpoint moves only while the drive is enabled ([`crate::drive`]). A fault brakes the setpoint itself, past the shaper, and the
-//! command goes with it ([`supervision`]).
+//! The setpoint moves only while the drive is enabled ([`crate::drive`]). A fault brakes the setpoint itself,
+//! past the shaper, and the command goes with it ([`supervision`]).
 //!
-//! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a
-//! lock-free queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
+//! Everything a tick needs has been computed before: plans, tables and scales arrive ready in a lock-free
+//! queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
 mod following;
 mod supervision;
@@ -45,8 +45,8 @@ pub enum Request<'m> {
     Emergency,
     /// Go on after a fault, if the setpoint has settled.
     Clear,
-    /// Let the drive run, from where the encoder says that the machine is, if there is one. With a shaper whose history is that of
-    /// rest.
+    /// Let the drive run, from where the encoder says that the machine is, if there is one. With a shaper
+    /// whose history is that of rest.
     Enable,
     /// Bring the setpoint to rest and switch the drive off.
     Disable,
@@ -136,8 +136,8 @@ pub struct Links<'m> {
     pub status: &'m Status,
     /// What single bytes ask for.
     pub asked: &'m Asked,
-    /// Where the command comes from another controller's pulses. Apart from the controller, whose other fields are then near enough
-    /// to each other for short instructions.
+    /// Where the command comes from another controller's pulses. Apart from the controller, whose other
+    /// fields are then near enough to each other for short instructions.
     pub source: &'m mut Option<Source>,
 }
 
@@ -171,7 +171,8 @@ pub struct Controller<'m> {
     lines: Lines,
     /// Whether somebody has said where the machine is, or an encoder has watched it since.
     position_known: bool,
-    /// Whether the tick has to look at more than it does every time: the drive is not simply enabled, or an input is unusual.
+    /// Whether the tick has to look at more than it does every time: the drive is not simply enabled, or an
+    /// input is unusual.
     attention: bool,
     /// Whether the setpoint is the command itself, past the shaper.
     past_shaper: bool,
@@ -189,8 +190,8 @@ pub struct Controller<'m> {
     stream: Stream,
 }
 
-/// Told apart by one byte: without `repr` the tag would hide in the unused values of a field of 64 bits, which takes seven
-/// instructions to read, several times a tick.
+/// Told apart by one byte: without `repr` the tag would hide in the unused values of a field of 64 bits,
+/// which takes seven instructions to read, several times a tick.
 #[derive(Debug)]
 #[repr(u8)]
 enum Motion<'m> {
@@ -232,7 +233,8 @@ struct Stream {
 }
 
 impl<'m> Controller<'m> {
-    /// Another controller's pulses have paused when the command has not changed for longer than its mean takes.
+    /// Another controller's pulses have paused when the command has not changed for longer than its mean
+    /// takes.
     const PAUSE_TICKS: u32 = Average::MOST_TICKS as u32;
 
     /// A controller at rest at zero, the drive off.
@@ -324,9 +326,10 @@ impl<'m> Controller<'m> {
         self.has_source
     }
 
-    /// A tick, asking whether the step output still makes the steps of an earlier tick only where there is one:
-    /// [`Inputs::pulses_busy`] is not looked at. `FOLLOWS` is what [`Controller::has_source`] says: a tick of its own for either, so
-    /// that the one pays nothing for the other. What a request changes in this is so from the next tick on.
+    /// A tick, asking whether the step output still makes the steps of an earlier tick only where there is
+    /// one: [`Inputs::pulses_busy`] is not looked at. `FOLLOWS` is what [`Controller::has_source`] says: a
+    /// tick of its own for either, so that the one pays nothing for the other. What a request changes in this
+    /// is so from the next tick on.
     #[inline(always)]
     pub fn tick_asking<const FOLLOWS: bool>(
         &mut self,
@@ -602,8 +605,9 @@ impl<'m> Controller<'m> {
         matches!(self.motion, Motion::Hold | Motion::Following) && self.is_settled()
     }
 
-    /// What the machine does; and where it holds, whether it is in position, which is known here without a question that a move
-    /// would be asked, too. What begins a motion, a fault or the end of a drive says at once that it is not.
+    /// What the machine does; and where it holds, whether it is in position, which is known here without a
+    /// question that a move would be asked, too. What begins a motion, a fault or the end of a drive says at
+    /// once that it is not.
     #[inline]
     fn activity<const FOLLOWS: bool>(&mut self) -> Activity {
         match &self.motion {
@@ -655,8 +659,8 @@ impl<'m> Controller<'m> {
 
 /// Queues `value`, or gives it back when the queue is full.
 ///
-/// heapless reduces its index modulo a length that it keeps at run time, which the compiler guards with a panic for
-/// zero. No queue has that length; saying so here takes the panic out of the interrupt.
+/// heapless reduces its index modulo a length that it keeps at run time, which the compiler guards with a
+/// panic for zero. No queue has that length; saying so here takes the panic out of the interrupt.
 #[inline]
 fn offer<T>(queue: &mut Producer<'_, T>, value: T) -> Result<(), T> {
     // The capacity is the length less one.

@@ -12,11 +12,13 @@ use crate::shaper::{Cascade, ShaperTable};
 use crate::source::Source;
 use crate::telemetry::{Sample, Status};
 
-/// Samples of history that one table may use. Two histories, one live and one for the next table, take 54 KiB each:
-/// one of the board's main memory, one of its core-coupled memory. At 4 kHz a table may last 3.45 s in total.
+/// Samples of history that one table may use. Two histories, one live and one for the next table, take 54 KiB
+/// each: one of the board's main memory, one of its core-coupled memory. At 4 kHz a table may last 3.45 s in
+/// total.
 pub const HISTORY_SAMPLES: usize = 13_824;
 
-/// The memory of one table. Apart from [`Machine`], because a board may keep its two histories in different memories.
+/// The memory of one table. Apart from [`Machine`], because a board may keep its two histories in different
+/// memories.
 pub type History = [i32; HISTORY_SAMPLES];
 
 /// The clock of the board's tick timer, in hertz. A tick takes a whole number of its periods.
@@ -34,7 +36,8 @@ const EVENT_QUEUE: usize = MAX_EVENTS + 1;
 /// Requests that wait for the interrupt, which takes one per tick.
 const REQUEST_QUEUE: usize = 4;
 
-/// All memory of a machine but its two histories. The board keeps one in a `static`, tests make as many as they like.
+/// All memory of a machine but its two histories. The board keeps one in a `static`, tests make as many as
+/// they like.
 pub struct Machine<'m> {
     requests: Queue<Request<'m>, REQUEST_QUEUE>,
     retired: Queue<MotionMemory<'m>, 3>,

@@ -1,8 +1,10 @@
-//! What the setpoint has to be for a counted input, from the definitions: gearing, mean, and one sum of products per stage and tick.
+//! What the setpoint has to be for a counted input, from the definitions: gearing, mean, and one sum of
+//! products per stage and tick.
 
 use stillbeam_firmware::shaper::ShaperTable;
 
-/// The positions after each of these numbers of counts, in nanometres from where they began, by a gearing of nanometres for counts.
+/// The positions after each of these numbers of counts, in nanometres from where they began, by a gearing of
+/// nanometres for counts.
 pub fn positions_nm(counts: &[i32], (gear_nm, gear_counts): (i32, u32)) -> Vec<i64> {
     let mut counted = 0_i128;
     counts
@@ -14,7 +16,8 @@ pub fn positions_nm(counts: &[i32], (gear_nm, gear_counts): (i32, u32)) -> Vec<i
         .collect()
 }
 
-/// The command: the mean of the last 2^`bits` positions from `origin_nm` on, where it has been for ever, to the nearest nanometre.
+/// The command: the mean of the last 2^`bits` positions from `origin_nm` on, where it has been for ever, to
+/// the nearest nanometre.
 pub fn averaged_nm(positions_nm: &[i64], bits: u32, origin_nm: i32) -> Vec<i32> {
     let ticks = 1_i64 << bits;
     (0..positions_nm.len())
@@ -27,8 +30,8 @@ pub fn averaged_nm(positions_nm: &[i64], bits: u32, origin_nm: i32) -> Vec<i32> 
         .collect()
 }
 
-/// The setpoint: the command through one stage after the other, each rounded to the nearest nanometre from `origin_nm`, where the
-/// command has been for ever.
+/// The setpoint: the command through one stage after the other, each rounded to the nearest nanometre from
+/// `origin_nm`, where the command has been for ever.
 pub fn shaped_nm(command_nm: &[i32], table: &ShaperTable, origin_nm: i32) -> Vec<i32> {
     let mut samples: Vec<i64> = command_nm.iter().map(|nm| i64::from(nm - origin_nm)).collect();
     for stage in table.stages() {

@@ -1,8 +1,9 @@
-//! The counter of another controller's pulses, TIM3, as its registers are described in RM0090 (general-purpose timers): the inputs'
-//! filters, their exclusive or, and the encoder interface that counts the edges of both; and the pins that it looks at.
+//! The counter of another controller's pulses, TIM3, as its registers are described in RM0090
+//! (general-purpose timers): the inputs' filters, their exclusive or, and the encoder interface that counts
+//! the edges of both; and the pins that it looks at.
 //!
-//! It takes the writes of whoever sets it up, changes of its pins, and time in clocks of the timer. An edge is known at once where a
-//! real timer takes a few clocks more to synchronise it, the same for every pin.
+//! It takes the writes of whoever sets it up, changes of its pins, and time in clocks of the timer. An edge
+//! is known at once where a real timer takes a few clocks more to synchronise it, the same for every pin.
 
 /// Offsets of the registers.
 pub mod register {

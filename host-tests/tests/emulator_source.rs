@@ -1,6 +1,7 @@
-//! The unmodified release image between a controller and a drive: a model of its counting timer, set up by the image's own writes, counts
-//! the pulses of a controller whose edges jitter, and every step that the image makes is the one that the host's convolution of
-//! the counted input asks for in that tick. What stands behind it rings, or does not.
+//! The unmodified release image between a controller and a drive: a model of its counting timer, set up by
+//! the image's own writes, counts the pulses of a controller whose edges jitter, and every step that the
+//! image makes is the one that the host's convolution of the counted input asks for in that tick. What stands
+//! behind it rings, or does not.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -95,7 +96,8 @@ impl Controller {
         counter
     }
 
-    /// The tick that the CPU, which is stopped, stands in: all that it has told is heard when nothing more comes.
+    /// The tick that the CPU, which is stopped, stands in: all that it has told is heard when nothing more
+    /// comes.
     fn current_tick(&self) -> usize {
         let ticks = || self.machine.lock().map_or(0, |machine| machine.ticks().len());
         let mut known = ticks();
@@ -123,8 +125,8 @@ impl Registers for Controller {
     }
 }
 
-/// Steps along trapezoids, each of so many millimetres from where the last has ended, at 40 mm/s and 800 mm/s². Each edge comes
-/// up to two microseconds late.
+/// Steps along trapezoids, each of so many millimetres from where the last has ended, at 40 mm/s and 800
+/// mm/s². Each edge comes up to two microseconds late.
 fn steps_along(distances_mm: &[f64]) -> Vec<Change> {
     const VELOCITY: f64 = 40.0;
     const ACCELERATION: f64 = 800.0;
@@ -262,7 +264,8 @@ fn expected_nm(run: &Run, lines: &[String], average_bits: u32) -> Vec<i32> {
     convolution::shaped_nm(&convolution::averaged_nm(&positions_nm, average_bits, 0), &table, 0)
 }
 
-/// Every edge is that of the host's convolution, in its tick; and how much of each mode is left when the last has come, of `way_nm`.
+/// Every edge is that of the host's convolution, in its tick; and how much of each mode is left when the last
+/// has come, of `way_nm`.
 fn left_behind(kind: &str) -> Option<[f64; 2]> {
     let lines = set_up(kind, 16);
     let distances_mm = [14.0, -4.0];
@@ -298,7 +301,8 @@ fn every_step_is_the_convolution_of_the_counted_pulses_and_the_beam_behind_stand
     }
 }
 
-/// A single step of the input, with no shaper and no mean: its way out is in the train of the very tick that reads it.
+/// A single step of the input, with no shaper and no mean: its way out is in the train of the very tick that
+/// reads it.
 #[test]
 fn a_step_of_the_input_is_put_out_in_the_tick_that_reads_it() {
     let lines = set_up("off", 1);

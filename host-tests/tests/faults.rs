@@ -38,7 +38,8 @@ fn line(bench: &mut Bench, key: &str) -> String {
 /// 5 m/s² at 4 kHz in nanometres per tick², and what rounding to nanometres adds.
 const BRAKING: i32 = 313 + 2;
 
-/// Ticks from a fault on until the setpoint has stood still for ten ticks; it only ever loses speed, by what is permitted.
+/// Ticks from a fault on until the setpoint has stood still for ten ticks; it only ever loses speed, by what
+/// is permitted.
 fn brake(bench: &mut Bench, with: Inputs) -> Vec<TickOutput> {
     let (before, now) = (bench.tick().setpoint.0, bench.tick().setpoint.0);
     assert_ne!(before, now, "it moves");
@@ -193,8 +194,8 @@ fn late_ticks_clamped_outputs_and_errors_of_the_line_are_counted_and_stop_nothin
     let clamped = listed(&mut bench, "clamp");
     let values: Vec<i32> =
         clamped.iter().filter_map(|event| event.rsplit(' ').next()?.parse().ok()).collect();
-    // Codes 249 to 3847 are -50 to 50 mm, 27.8 um each: the first setpoint that rounds to a code beyond, and what a tick at
-    // 50 mm/s may add to it, 12.5 um.
+    // Codes 249 to 3847 are -50 to 50 mm, 27.8 um each: the first setpoint that rounds to a code beyond, and
+    // what a tick at 50 mm/s may add to it, 12.5 um.
     let [out, back] = values[..] else { panic!("{clamped:?}") };
     assert!((50_013_800..=50_026_500).contains(&out), "{clamped:?}");
     assert!((-50_026_500..=-50_013_800).contains(&back), "{clamped:?}");
@@ -411,15 +412,16 @@ fn happening() -> impl Strategy<Value = Happening> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
 
-    /// Whatever happens in whatever order: nothing ever jumps, no stop brakes harder than is permitted, and a drive that is off moves
-    /// nothing.
+    /// Whatever happens in whatever order: nothing ever jumps, no stop brakes harder than is permitted, and a
+    /// drive that is off moves nothing.
     #[test]
     fn no_history_of_faults_makes_the_setpoint_jump(history in prop::collection::vec(happening(), 1..40)) {
         let mut bench = Bench::enabled();
         for setting in ["set mode1.frequency_hz 3", "set mode1.type zv", "set move.velocity_mm_s 100", "apply"] {
             bench.accept(setting);
         }
-        // 100 mm/s at 4 kHz is 25 µm per tick, in a handover too. Each of two cascades of one stage rounds to half a nanometre, in both ticks.
+        // 100 mm/s at 4 kHz is 25 µm per tick, in a handover too. Each of two cascades of one stage rounds to
+        // half a nanometre, in both ticks.
         let step_limit = 25_000 + 2;
         let mut before = bench.tick().setpoint.0;
         bench.clear_log();

@@ -1,5 +1,5 @@
-//! Another controller's pulses as the command: the setpoint is their convolution to the bit, within every limit, from `enable` on and
-//! until something stops it.
+//! Another controller's pulses as the command: the setpoint is their convolution to the bit, within every
+//! limit, from `enable` on and until something stops it.
 
 use proptest::prelude::*;
 use stillbeam_firmware::control::Inputs;
@@ -46,7 +46,8 @@ impl InLine {
         self.bench.clear_log();
     }
 
-    /// So many counts arrive before the next tick and all after that, which no command of the console waits for.
+    /// So many counts arrive before the next tick and all after that, which no command of the console waits
+    /// for.
     fn count(&mut self, counts: i32) {
         self.counter = self.counter.wrapping_add((counts * self.edges_per_count) as u16);
         let inputs = self.bench.inputs();
@@ -71,7 +72,8 @@ impl InLine {
     }
 }
 
-/// Velocity and acceleration of the settings in nanometres per tick and tick², held in every tick from a rest before the first.
+/// Velocity and acceleration of the settings in nanometres per tick and tick², held in every tick from a rest
+/// before the first.
 fn assert_held(setpoints: &[i32], velocity_nm: f64, acceleration_nm: f64) {
     let (velocity_nm, acceleration_nm) =
         (velocity_nm as i64 + ROUNDING_NM, acceleration_nm as i64 + ROUNDING_NM);
@@ -82,7 +84,8 @@ fn assert_held(setpoints: &[i32], velocity_nm: f64, acceleration_nm: f64) {
     }
 }
 
-/// Counts per tick of a move along a trapezoid at 4 kHz, a micrometre per count, whose edges come up to a tick early or late.
+/// Counts per tick of a move along a trapezoid at 4 kHz, a micrometre per count, whose edges come up to a
+/// tick early or late.
 fn trapezoid(distance_mm: f64, velocity_mm_s: f64, acceleration_mm_s2: f64) -> Vec<i32> {
     let ramp_s = velocity_mm_s / acceleration_mm_s2;
     let total_s = distance_mm / velocity_mm_s + ramp_s;
@@ -179,7 +182,8 @@ proptest! {
             for line in mode(1, frequency_hz, 0.01, TYPES[kind]) {
                 in_line.bench.accept(&line);
             }
-            // Refused while the table before the last runs out; what was said before is applied with the next.
+            // Refused while the table before the last runs out; what was said before is applied with the
+            // next.
             in_line.bench.send("apply");
             in_line.bench.send(if on { "shaper on" } else { "shaper off" });
             setpoints_nm.extend(in_line.bench.take_log());
@@ -320,7 +324,8 @@ fn what_is_too_fast_is_counted_and_caught_up_with() {
         setpoints_nm.extend(in_line.ticks(&[0; 2500]));
         assert_held(&setpoints_nm, 75_000.0, 312.5);
         assert_eq!(setpoints_nm.last(), Some(&35_000_000), "nothing is lost");
-        // A setpoint that is behind when the source stops goes past nothing. One that is not has to brake within the limits.
+        // A setpoint that is behind when the source stops goes past nothing. One that is not has to brake
+        // within the limits.
         let most_nm = setpoints_nm.iter().max();
         assert!(shaper != "off" || most_nm == Some(&35_000_000), "{most_nm:?}");
         assert_eq!(in_line.said("behind_nm"), 0);

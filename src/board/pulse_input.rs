@@ -1,9 +1,10 @@
 //! The pulses of another controller: TIM3 counts them at PA6 and PA7, and the tick reads its counter.
 //!
-//! A and B are decoded as an encoder's are. A step with a direction is made into the same two signals by the timer's
-//! own inputs: its second is the step (PA7), its first is the exclusive or of its three pins (RM0090, timer input XOR function),
-//! which are the direction (PA6), the step again and PC8, held low. The first input's filter is the longer one, so each edge of the
-//! step is seen at the second first, when the first still says what the direction was *before* the edge:
+//! A and B are decoded as an encoder's are. A step with a direction is made into the same two signals by the
+//! timer's own inputs: its second is the step (PA7), its first is the exclusive or of its three pins (RM0090,
+//! timer input XOR function), which are the direction (PA6), the step again and PC8, held low. The first
+//! input's filter is the longer one, so each edge of the step is seen at the second first, when the first
+//! still says what the direction was *before* the edge:
 //!
 //! ```text
 //! direction (PA6)   ____________‾‾‾‾‾‾‾‾‾‾
@@ -11,10 +12,10 @@
 //! first input = A   ___‾‾‾_‾‾‾____‾‾‾___‾‾   a little later than B
 //! ```
 //!
-//! That is quadrature, a turn of four edges for each step, the way round by the direction; it is decoded whichever of its edges come
-//! when, so nothing is lost or made up by a direction that changes close to a step. A pulse that is shorter than the
-//! first input's filter goes one edge there and back, and counts nothing. A change of the direction alone is one edge and back
-//! again: [`crate::source`] counts whole steps.
+//! That is quadrature, a turn of four edges for each step, the way round by the direction; it is decoded
+//! whichever of its edges come when, so nothing is lost or made up by a direction that changes close to a
+//! step. A pulse that is shorter than the first input's filter goes one edge there and back, and counts
+//! nothing. A change of the direction alone is one edge and back again: [`crate::source`] counts whole steps.
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
@@ -48,8 +49,8 @@ pub fn configure(kind: SourceKind) {
     connect(pac::GPIOC, THIRD_PIN, Pupdr::PULL_DOWN);
     let steps = kind == SourceKind::StepDir;
     timer.cr2().write(|control| control.set_ti1s(if steps { Ti1s::XOR } else { Ti1s::NORMAL }));
-    // Of 84 MHz. Quadrature: eight equal samples, so shorter pulses than 95 ns are noise. Steps: four samples, 48 ns, at the
-    // second input, and eight of every other clock, 190 ns, at the first.
+    // Of 84 MHz. Quadrature: eight equal samples, so shorter pulses than 95 ns are noise. Steps: four
+    // samples, 48 ns, at the second input, and eight of every other clock, 190 ns, at the first.
     let filters = if steps {
         [FilterValue::FDTS_DIV2_N8, FilterValue::FCK_INT_N4]
     } else {

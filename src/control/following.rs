@@ -1,7 +1,8 @@
 //! What the tick does where another controller's pulses are the command.
 //!
-//! They are it from when the drive is enabled until something stops it; before and after they are counted and nothing more. What
-//! stops a move stops them: the command, or where that is not enough the setpoint itself, is braked.
+//! They are it from when the drive is enabled until something stops it; before and after they are counted and
+//! nothing more. What stops a move stops them: the command, or where that is not enough the setpoint itself,
+//! is braked.
 
 use super::{Controller, Motion};
 use crate::motion::StopPlan;

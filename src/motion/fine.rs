@@ -1,8 +1,8 @@
 //! Positions finer than a nanometre, and the one multiplication that plans are stepped with.
 //!
-//! A plan yields positions in 2⁻²⁴ nm; only what leaves the motion is rounded to the nanometre. Differences of three
-//! successive positions are then velocity and acceleration to 10⁻⁶ nm per tick and tick², good enough for a
-//! controlled stop to go on from.
+//! A plan yields positions in 2⁻²⁴ nm; only what leaves the motion is rounded to the nanometre. Differences
+//! of three successive positions are then velocity and acceleration to 10⁻⁶ nm per tick and tick², good
+//! enough for a controlled stop to go on from.
 
 use core::ops::{Add, Sub};
 

@@ -1,7 +1,7 @@
 //! Commands as functions of the tick: moves, excitations and the controlled stop.
 //!
-//! What a person asks for is a *spec*. A *plan* is computed from it and checked outside the interrupt, with floating point and divisions; a plan
-//! then yields one position per tick, in integers.
+//! What a person asks for is a *spec*. A *plan* is computed from it and checked outside the interrupt, with
+//! floating point and divisions; a plan then yields one position per tick, in integers.
 
 mod boxes;
 pub mod context;

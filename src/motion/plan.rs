@@ -5,7 +5,8 @@ use super::{
 };
 use crate::telemetry::Activity;
 
-/// A motion that starts from rest and ends at rest. With a tag of one byte, which the tick reads in one instruction.
+/// A motion that starts from rest and ends at rest. With a tag of one byte, which the tick reads in one
+/// instruction.
 #[derive(Debug)]
 #[repr(u8)]
 pub enum MotionPlan<'m> {

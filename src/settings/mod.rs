@@ -1,5 +1,5 @@
-//! What a person can set: the values, in [`key`] their names, units, ranges and meaning, and in [`store`] how they
-//! survive a reset.
+//! What a person can set: the values, in [`key`] their names, units, ranges and meaning, and in [`store`] how
+//! they survive a reset.
 
 pub mod drive;
 pub mod erase_journal;
@@ -114,8 +114,8 @@ impl Settings {
         &self.source
     }
 
-    /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have this sum of
-    /// magnitudes.
+    /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have
+    /// this sum of magnitudes.
     pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
         let limits = MoveLimits { shaper_gain, ..self.limits };
         let slack_mm = limits.stop_overshoot_mm(self.profile, tick_rate);

@@ -89,7 +89,8 @@ pub fn encode(value: Value) -> Bytes {
     bytes
 }
 
-/// The value of a setting's bytes; `None` when they are of another format or length. The range is not checked.
+/// The value of a setting's bytes; `None` when they are of another format or length. The range is not
+/// checked.
 pub fn decode(key: Key, bytes: &[u8]) -> Option<Value> {
     let (&FORMAT, payload) = bytes.split_first()? else { return None };
     match (key, payload) {

@@ -145,7 +145,8 @@ impl SourceSettings {
         f64::from((1_u32 << self.average_bits) - 1) * 0.5
     }
 
-    /// The source, ready for a tick rate; `None` for the board's own moves, and where [`Self::misfit`] is not.
+    /// The source, ready for a tick rate; `None` for the board's own moves, and where [`Self::misfit`] is
+    /// not.
     pub fn setup(
         &self,
         limits: &MoveLimits,

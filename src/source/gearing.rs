@@ -54,7 +54,8 @@ pub struct Geared {
     rest: u32,
 }
 
-/// Added to all counts of a tick, so that what is divided is never negative; more than a 16-bit counter moves.
+/// Added to all counts of a tick, so that what is divided is never negative; more than a 16-bit counter
+/// moves.
 const BIAS: i64 = 1 << 16;
 
 impl Geared {
@@ -63,8 +64,8 @@ impl Geared {
         Self { gearing, rest: 0 }
     }
 
-    /// The nanometres of these counts, less than 2¹⁶ either way. After any number of calls the sum of what they returned is
-    /// ⌊counts · nanometres / counts of the gearing⌋ of the sum of the counts.
+    /// The nanometres of these counts, less than 2¹⁶ either way. After any number of calls the sum of what
+    /// they returned is ⌊counts · nanometres / counts of the gearing⌋ of the sum of the counts.
     #[inline]
     pub fn advance(&mut self, counts: i32) -> i64 {
         let Gearing { whole_nm, part, counts: divisor, inverse } = self.gearing;

@@ -1,9 +1,11 @@
-//! What the setpoint may do whatever is commanded: it stays within the travel, and within velocity and acceleration.
+//! What the setpoint may do whatever is commanded: it stays within the travel, and within velocity and
+//! acceleration.
 //!
-//! A setpoint that cannot be where the shaped command is goes after it: towards it as fast as may be, and slower again in time to
-//! meet it without going past it, and to stand at the end of the travel. Whether a velocity v can still be taken back within a
-//! distance d is v² ≤ 2 a d, which needs no root and no division. Where that held in the last tick it holds for a velocity
-//! that is smaller by a: so there is always a way on.
+//! A setpoint that cannot be where the shaped command is goes after it: towards it as fast as may be, and
+//! slower again in time to meet it without going past it, and to stand at the end of the travel. Whether a
+//! velocity v can still be taken back within a distance d is v² ≤ 2 a d, which needs no root and no division.
+//! Where that held in the last tick it holds for a velocity that is smaller by a: so there is always a way
+//! on.
 
 use crate::units::Nanometres;
 
@@ -18,11 +20,13 @@ pub struct SetpointLimits {
     last_nm: i32,
 }
 
-/// Positions are whole nanometres, so the second difference of a motion that is within the limit may be so much above it.
+/// Positions are whole nanometres, so the second difference of a motion that is within the limit may be so
+/// much above it.
 const ROUNDING_NM: i64 = 2;
 
 impl SetpointLimits {
-    /// Velocity and acceleration in nanometres per tick and tick², of which whole ones count, one at least; and the travel.
+    /// Velocity and acceleration in nanometres per tick and tick², of which whole ones count, one at least;
+    /// and the travel.
     pub fn new(velocity: f64, acceleration: f64, [first, last]: [Nanometres; 2]) -> Self {
         // A cast from a float saturates.
         let whole = |nanometres: f64| i64::from((nanometres as i32).max(1));
@@ -50,8 +54,8 @@ impl SetpointLimits {
         position_nm.max(self.first_nm).min(self.last_nm)
     }
 
-    /// The setpoint after `now` and `before`, for a target that was at `target_before` in the last tick. All in nanometres, targets
-    /// within the travel.
+    /// The setpoint after `now` and `before`, for a target that was at `target_before` in the last tick. All
+    /// in nanometres, targets within the travel.
     #[inline]
     pub fn next(&self, before: i32, now: i32, target: i32, target_before: i32) -> i32 {
         let velocity = i64::from(now) - i64::from(before);
@@ -91,8 +95,8 @@ impl SetpointLimits {
         moved(now, slower * velocity.signum())
     }
 
-    /// Whether a setpoint that goes on from `now` with `velocity` can still be brought to rest within the travel. Back into it is
-    /// always free.
+    /// Whether a setpoint that goes on from `now` with `velocity` can still be brought to rest within the
+    /// travel. Back into it is always free.
     #[inline]
     fn ends_within_travel(&self, velocity: i64, now: i32) -> bool {
         let room = if velocity > 0 {

@@ -1,12 +1,14 @@
-//! Where the command comes from: moves that the board plans itself, or the pulses of a controller that was there before.
+//! Where the command comes from: moves that the board plans itself, or the pulses of a controller that was
+//! there before.
 //!
 //! ```text
 //! counter ─▶ counts ─▶ gearing ─▶ average ─▶ command ─▶ shaping ─▶ limits ─▶ setpoint
 //! ```
 //!
-//! A counter in hardware counts the pulses; the tick reads it, and what has come since the tick before is the command of this
-//! tick. All of it is whole numbers: the command is the counts since the drive was enabled times the gearing, to the last
-//! nanometre, however long it runs. While the drive is off pulses are counted and move nothing.
+//! A counter in hardware counts the pulses; the tick reads it, and what has come since the tick before is the
+//! command of this tick. All of it is whole numbers: the command is the counts since the drive was enabled
+//! times the gearing, to the last nanometre, however long it runs. While the drive is off pulses are counted
+//! and move nothing.
 
 mod average;
 mod gearing;
@@ -44,14 +46,15 @@ impl SourceKind {
         Self::WORDS.get(self as usize).copied().unwrap_or_default()
     }
 
-    /// Bits of the hardware's counter below one count. A pulse with a direction is four edges to the counter ([`crate::source`]
-    /// counts steps), in quadrature each edge counts.
+    /// Bits of the hardware's counter below one count. A pulse with a direction is four edges to the counter
+    /// ([`crate::source`] counts steps), in quadrature each edge counts.
     fn edge_bits(self) -> u32 {
         if self == Self::StepDir { 2 } else { 0 }
     }
 
-    /// What the counter is taken to be ahead by in the beginning, in edges. With step and direction a change of the direction
-    /// alone is an edge, one way and back; half a step's worth keeps both levels on the same step, whichever it begins at.
+    /// What the counter is taken to be ahead by in the beginning, in edges. With step and direction a change
+    /// of the direction alone is an edge, one way and back; half a step's worth keeps both levels on the same
+    /// step, whichever it begins at.
     fn first_edges(self) -> i32 {
         if self == Self::StepDir { 1 } else { 0 }
     }
@@ -64,7 +67,8 @@ pub struct SourceSetup {
     pub kind: SourceKind,
     /// From counts to nanometres.
     pub gearing: Gearing,
-    /// The command is the mean of so many ticks: a power of two as its logarithm, [`Average::MOST_BITS`] at most.
+    /// The command is the mean of so many ticks: a power of two as its logarithm, [`Average::MOST_BITS`] at
+    /// most.
     pub average_bits: u32,
     /// What the setpoint may do.
     pub limits: SetpointLimits,
@@ -77,7 +81,8 @@ impl SourceSetup {
     }
 }
 
-/// The furthest that a command may be from zero: the shaper's arithmetic holds the difference of two such positions.
+/// The furthest that a command may be from zero: the shaper's arithmetic holds the difference of two such
+/// positions.
 const FURTHEST_NM: i64 = (MAX_TRAVEL_MM * 1.0e6) as i64;
 
 /// A source of pulses at work.
@@ -152,8 +157,8 @@ impl Source {
         self.average.step(self.position_nm.clamp(-FURTHEST_NM, FURTHEST_NM) as i32)
     }
 
-    /// The setpoint after `now` and, in the tick before that, `before`: `shaped` where the limits permit it, and on the way there
-    /// otherwise.
+    /// The setpoint after `now` and, in the tick before that, `before`: `shaped` where the limits permit it,
+    /// and on the way there otherwise.
     #[inline]
     pub fn limited(&mut self, before: Nanometres, now: Nanometres, shaped: Nanometres) -> Nanometres {
         let limits = &self.setup.limits;

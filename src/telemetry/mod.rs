@@ -1,8 +1,8 @@
 //! What the interrupt tells the rest of the firmware.
 //!
 //! Two ways: [`Status`], the newest values, always there; and [`Sample`]s through a lock-free queue while
-//! streaming is on. A sample that finds the queue full is dropped and counted, and its sequence number
-//! is missing from the stream, so that a gap is seen by whoever records. Samples travel as text for people or in
+//! streaming is on. A sample that finds the queue full is dropped and counted, and its sequence number is
+//! missing from the stream, so that a gap is seen by whoever records. Samples travel as text for people or in
 //! [`frame`]s for programs.
 
 pub mod frame;
@@ -56,7 +56,8 @@ pub enum Format {
     Frames,
 }
 
-/// Bits that say what is wrong or switched off, none of which is set while all is well; and the levels of the general inputs.
+/// Bits that say what is wrong or switched off, none of which is set while all is well; and the levels of the
+/// general inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flags(pub u8);
 
@@ -90,8 +91,8 @@ impl Flags {
     }
 }
 
-/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE`, followed by ` ENCODER_NM FLAGS` where there is an encoder or
-/// a flag is set, a high input among them; `ENCODER_NM` is `-` without an encoder.
+/// The text form: `# SEQUENCE TICK COMMAND_NM SETPOINT_NM STATE`, followed by ` ENCODER_NM FLAGS` where there
+/// is an encoder or a flag is set, a high input among them; `ENCODER_NM` is `-` without an encoder.
 impl fmt::Display for Sample {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { sequence, tick, command, setpoint, activity, .. } = self;
@@ -232,7 +233,8 @@ pub struct Status {
     lacking: AtomicU8,
     source: SourceStatus,
     counters: Counters,
-    /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest so far.
+    /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest
+    /// so far.
     last_duration: AtomicU32,
     worst_duration: AtomicU32,
 }

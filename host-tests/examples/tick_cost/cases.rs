@@ -56,7 +56,8 @@ pub enum Motion {
     Wired,
     /// A sweep of constant acceleration, put out as steps, with an encoder.
     WiredSweep,
-    /// A move, put out as steps, with an encoder, during which the table goes over into one that costs as much or more.
+    /// A move, put out as steps, with an encoder, during which the table goes over into one that costs as
+    /// much or more.
     WiredHandover,
     /// Another controller's steps: in the emulator the counter goes on with its time.
     StepDir,
@@ -74,7 +75,8 @@ impl Motion {
         [Self::SCurve, Self::MinimumJerk, Self::AccelerationSweep, Self::Multisine, Self::Pulse, Self::Play];
     /// Other sources of the command.
     const SOURCES: [Self; 3] = [Self::StepDir, Self::Quadrature, Self::Saturated];
-    /// How long a handover takes at least: speed over acceleration of the move. Counting must be over by then.
+    /// How long a handover takes at least: speed over acceleration of the move. Counting must be over by
+    /// then.
     const HANDOVER_S: f64 = 10.0;
 
     /// What it is called in the results.
@@ -261,7 +263,8 @@ fn designed(modes: usize, shaper: &str, factor: f64) -> Vec<String> {
     lines
 }
 
-/// The commands that upload a flat table of so many equal taps, in runs of `run` that begin so many ticks apart.
+/// The commands that upload a flat table of so many equal taps, in runs of `run` that begin so many ticks
+/// apart.
 fn flat(taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
     let mut bytes = taps.to_le_bytes().to_vec();
     for tap in 0..taps {

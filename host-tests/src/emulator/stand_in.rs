@@ -1,9 +1,10 @@
 //! Standing in for peripherals that the emulator does not model while the image runs: every access to them
 //! stops the CPU, is served, and is passed over.
 //!
-//! Virtual time goes on to the next event whenever the CPU is resumed, which would be the next tick: an access in
-//! every tick would leave no time for anything but ticks. So TIM3 of the emulator, whose interrupt the image leaves
-//! masked, makes an event every microsecond meanwhile. What the image itself does with TIM3 has to be stood in for then.
+//! Virtual time goes on to the next event whenever the CPU is resumed, which would be the next tick: an
+//! access in every tick would leave no time for anything but ticks. So TIM3 of the emulator, whose interrupt
+//! the image leaves masked, makes an event every microsecond meanwhile. What the image itself does with TIM3
+//! has to be stood in for then.
 
 use std::collections::BTreeMap;
 use std::io::{Read, Write};

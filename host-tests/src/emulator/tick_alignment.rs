@@ -11,8 +11,9 @@
 //! The period depends on ARR alone from then on, so changes of rate need no further help as long as
 //! the image makes them by writing ARR (it does).
 //!
-//! A counter has 32 bits, so the correction works up to 4.29 s of virtual time; a board that is reset later would tick
-//! every 4.29 s. TIM4, which the image leaves alone too, counts in steps of 65.5 us and tells how late it is.
+//! A counter has 32 bits, so the correction works up to 4.29 s of virtual time; a board that is reset later
+//! would tick every 4.29 s. TIM4, which the image leaves alone too, counts in steps of 65.5 us and tells how
+//! late it is.
 
 use std::io::{Read, Write};
 
@@ -42,7 +43,8 @@ pub(super) const LATEST_RESET_NS: u32 = 4_200_000_000;
 /// The register to watch.
 pub(super) const REGION: Region = Region { base: TIM2_EGR, length: 4 };
 
-/// Has TIM4 count the virtual time from here on, slowly enough for four days; for a CPU that is stopped at a reset.
+/// Has TIM4 count the virtual time from here on, slowly enough for four days; for a CPU that is stopped at a
+/// reset.
 pub(super) fn start_clock<S: Read + Write>(client: &mut RspClient<S>) -> Result<(), RspError> {
     client.write_word(TIM4_PSC, SLOWEST)
 }
@@ -57,7 +59,8 @@ pub(super) fn since_reset_ns<S: Read + Write>(client: &mut RspClient<S>) -> Resu
 /// From one event to the next, in ns of virtual time.
 const METRONOME_NS: u32 = 1000;
 
-/// Lets TIM3 make an event every microsecond of virtual time, of which the image hears nothing. For a CPU that is stopped.
+/// Lets TIM3 make an event every microsecond of virtual time, of which the image hears nothing. For a CPU
+/// that is stopped.
 pub(super) fn start_metronome<S: Read + Write>(
     client: &mut RspClient<S>,
     reset_at: u32,
@@ -75,8 +78,8 @@ pub(super) fn stop_metronome<S: Read + Write>(client: &mut RspClient<S>) -> Resu
     client.write_word(TIM3 + CR1, 0)
 }
 
-/// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at` is the virtual
-/// time of the last reset, from which TIM5 counts.
+/// Does what the image's write of `value` to TIM2's EGR asks for. True where it starts a period. `reset_at`
+/// is the virtual time of the last reset, from which TIM5 counts.
 pub(super) fn generate_event<S: Read + Write>(
     client: &mut RspClient<S>,
     value: u32,

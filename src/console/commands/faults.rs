@@ -150,7 +150,8 @@ impl Console<'_> {
         let followed = settings.source().kind() != SourceKind::Moves;
         let other_travel = settings.limits().travel_mm != self.live.limits().travel_mm;
         if other_travel || followed && settings.limits() != self.live.limits() {
-            // A motion under way was planned for the travel as it is, and one of another controller is not planned at all.
+            // A motion under way was planned for the travel as it is, and one of another controller is not
+            // planned at all.
             self.require_still(command)?;
         }
         Ok(())

@@ -1,12 +1,14 @@
 //! Fits over a lengthening horizon.
 //!
-//! Where a law decides when something happens, play that is crossed or a stop that is struck, a small error of a parameter moves the first
-//! such moment a little, every later one by more, and in the end the whole motion: over a long recording the sum of squares has a valley for
-//! every way in which the moments can fall, and the right one is a needle. Over the first seconds hardly any moments have come, and its
-//! valley is as wide as that of a smooth law. The fit there is a start for a stretch a little longer, and so on to the end; where a longer
-//! stretch leaves more per sample than a shorter one, the step was too long and is halved. Multiple shooting cuts a recording for the same
-//! reason (E. Baake, M. Baake, H. Bock and K. Briggs, Fitting ordinary differential equations to chaotic data, Physical Review A 45, 1992);
-//! a machine that begins at rest needs no states in between.
+//! Where a law decides when something happens, play that is crossed or a stop that is struck, a small error
+//! of a parameter moves the first such moment a little, every later one by more, and in the end the whole
+//! motion: over a long recording the sum of squares has a valley for every way in which the moments can fall,
+//! and the right one is a needle. Over the first seconds hardly any moments have come, and its valley is as
+//! wide as that of a smooth law. The fit there is a start for a stretch a little longer, and so on to the
+//! end; where a longer stretch leaves more per sample than a shorter one, the step was too long and is
+//! halved. Multiple shooting cuts a recording for the same reason (E. Baake, M. Baake, H. Bock and K. Briggs,
+//! Fitting ordinary differential equations to chaotic data, Physical Review A 45, 1992); a machine that
+//! begins at rest needs no states in between.
 
 use crate::fit::{Effort, Fitted, fit};
 use crate::record::Record;
@@ -16,8 +18,8 @@ use crate::stacking::Stack;
 const FIRST: f64 = 0.125;
 /// ... or as many times this as give every parameter so many samples.
 const SAMPLES_PER_PARAMETER: usize = 20;
-/// There the laws are begun at these multiples of what they are: the shortest stretch has more than one valley too, and a fit that ends in
-/// the wrong one seldom finds out of it on the way.
+/// There the laws are begun at these multiples of what they are: the shortest stretch has more than one
+/// valley too, and a fit that ends in the wrong one seldom finds out of it on the way.
 const BEGUN_AT: [f64; 6] = [1.0, 0.87, 1.15, 0.75, 1.3, 1.5];
 /// Each fit looks across the jags of the laws first, then closer.
 const CLOSER_AND_CLOSER: [Effort; 3] = [Effort::ROUGH[0], Effort::ROUGH[1], Effort::BENT];
@@ -26,15 +28,16 @@ const LONGEST_STEP: f64 = 0.25;
 const SHORTEST_STEP: f64 = 0.02;
 /// ... and the fits made at most.
 const MOST_FITS: usize = 24;
-/// A longer stretch is off the way where it leaves more than so many times the least mean square of the shorter ones.
+/// A longer stretch is off the way where it leaves more than so many times the least mean square of the
+/// shorter ones.
 const ASTRAY: f64 = 1.2;
 
 impl Fitted {
-    /// The same parameters fitted to the beginning of every recording, then to more and more of it; `None` where no fit comes to the end.
-    /// What it leaves may be more than this fit leaves.
+    /// The same parameters fitted to the beginning of every recording, then to more and more of it; `None`
+    /// where no fit comes to the end. What it leaves may be more than this fit leaves.
     ///
-    /// A mean square of `allowed` is never off the way: where other laws are missing besides, a longer stretch
-    /// always leaves more.
+    /// A mean square of `allowed` is never off the way: where other laws are missing besides, a longer
+    /// stretch always leaves more.
     pub(crate) fn over_a_lengthening_horizon(&self, stack: &Stack<'_>, allowed: f64) -> Option<Self> {
         let enough = SAMPLES_PER_PARAMETER * self.free.len();
         let mut share = FIRST * (enough as f64 / (FIRST * stack.present() as f64)).ceil().max(1.0);

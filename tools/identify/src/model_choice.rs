@@ -567,7 +567,8 @@ impl Chosen<'_> {
     }
 }
 
-/// How far apart the frequencies of two modes are, as a share of the halves of their half-power bands together.
+/// How far apart the frequencies of two modes are, as a share of the halves of their half-power bands
+/// together.
 fn apart(a: Pole, b: Pole) -> f64 {
     (a.frequency_hz - b.frequency_hz).abs()
         / (a.damping_ratio * a.frequency_hz + b.damping_ratio * b.frequency_hz)

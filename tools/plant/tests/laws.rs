@@ -1,4 +1,5 @@
-//! Every law of the catalogue: no effect at zero, no energy out of nothing, and its fingerprint in closed form.
+//! Every law of the catalogue: no effect at zero, no energy out of nothing, and its fingerprint in closed
+//! form.
 
 mod support;
 
@@ -201,7 +202,8 @@ fn conservative_laws_keep_their_energy_at_any_step() {
     }
 }
 
-/// A mass on a spring with dry friction loses 4 Fc/k of its amplitude per cycle, and stops inside the dead band.
+/// A mass on a spring with dry friction loses 4 Fc/k of its amplitude per cycle, and stops inside the dead
+/// band.
 #[test]
 fn dry_friction_takes_the_same_amplitude_from_every_cycle() {
     let (k, force) = (40.0_f64, 0.21);
@@ -329,7 +331,8 @@ fn drag_and_amplitude_damping_have_their_equivalent_damping_ratios() {
             let rate_hz = 200.0 * omega / TAU;
             let result = free(&model, (200.0 * cycles) as usize + 1, rate_hz);
             let energies = energy(&result, 1.0, omega * omega);
-            // Energy falls by the factor e^(-4 pi zeta) per cycle; half a cycle's loss is half way to the next order.
+            // Energy falls by the factor e^(-4 pi zeta) per cycle; half a cycle's loss is half way to the
+            // next order.
             let decrement = -0.5 * (energies.last().unwrap() / energies[0]).ln() / cycles;
             let found = decrement / TAU;
             assert!((found / ratio - 1.0).abs() < 0.02 + 20.0 * ratio, "{id} {amplitude}: {found} {ratio}");
@@ -377,7 +380,8 @@ fn stamps_anywhere_give_what_a_grid_gives() {
     let grid_s = ticks(4001, 1000.0);
     let input = |t: f64| 2.5 * (8.3 * t).sin();
     let on_grid = run(&model, &grid_s, input);
-    // Every third to twelfth tick of the same input, which is a polygon with corners at all ticks: close, not equal.
+    // Every third to twelfth tick of the same input, which is a polygon with corners at all ticks: close, not
+    // equal.
     let picked: Vec<usize> = (0..4001)
         .scan(3, |next, tick| {
             Some((tick, {
@@ -438,7 +442,8 @@ fn a_gap_in_a_spring_carries_nothing_and_takes_its_width() {
         "id = \"backlash\"\nlocation = \"motor-load\"\nparameters = { gap = 0.01 }",
     );
     let text = with(&text, "damping = 0.4", "damping = 0.0");
-    // The motor is pulled very slowly: its load hangs on the ground by a spring, and on the motor across the gap.
+    // The motor is pulled very slowly: its load hangs on the ground by a spring, and on the motor across the
+    // gap.
     let text = with(&text, "body = \"motor\"\ngain = 2.0", "body = \"motor\"\nquantity = \"position\"");
     let text = with(&text, "between = [\"motor\", \"ground\"]", "between = [\"load\", \"ground\"]")
         + "[[damper]]\nbetween = [\"load\", \"ground\"]\ndamping = 4.0\n";

@@ -1,20 +1,22 @@
 //! Other valleys of a law that was found.
 //!
-//! What a law leaves over as a function of its shape has more than one valley: a wave of another period that stays in step for part of the
-//! travel, a contact on the other side of the rest, friction that is stronger the other way. The screen picks the valley from
-//! around a model that lacks the law, and that model moves otherwise than the machine. With the law, even in the wrong valley, the
-//! motion is nearly right: what is left then shows the law a second time, at another shape. Each law of a set that leaves more than noise is
-//! begun there, and turned around, and the set is kept in whichever valley fits best. So are a cable that pulls towards another place and
-//! friction with a dip at low speed, begun from the cable and the dry friction that were found: begun from nothing, the fit of the richer
-//! law often stops on its way.
+//! What a law leaves over as a function of its shape has more than one valley: a wave of another period that
+//! stays in step for part of the travel, a contact on the other side of the rest, friction that is stronger
+//! the other way. The screen picks the valley from around a model that lacks the law, and that model moves
+//! otherwise than the machine. With the law, even in the wrong valley, the motion is nearly right: what is
+//! left then shows the law a second time, at another shape. Each law of a set that leaves more than noise is
+//! begun there, and turned around, and the set is kept in whichever valley fits best. So are a cable that
+//! pulls towards another place and friction with a dip at low speed, begun from the cable and the dry
+//! friction that were found: begun from nothing, the fit of the richer law often stops on its way.
 //!
 //! So is the law at another place of the machine, where most of what is recorded may look the same.
 //!
-//! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is made anew from the beginnings of
-//! the recordings, where few have come, and led across them by large differences.
+//! A law that decides when something happens, play or a stop, has as many valleys as moments: the fit is made
+//! anew from the beginnings of the recordings, where few have come, and led across them by large differences.
 //!
-//! The model's own parameters have valleys too: a beam that is twice as thick at one end and half as stiff rings at nearly the same two
-//! frequencies. Where one went there to make up for a law that was not found yet, the laws are fitted from the drawing.
+//! The model's own parameters have valleys too: a beam that is twice as thick at one end and half as stiff
+//! rings at nearly the same two frequencies. Where one went there to make up for a law that was not found
+//! yet, the laws are fitted from the drawing.
 
 use std::slice::from_ref;
 
@@ -74,7 +76,8 @@ impl Search<'_> {
         longer.filter(is_better).or(Some(settled))
     }
 
-    /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where neither leaves less.
+    /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where
+    /// neither leaves less.
     fn fitted_to_beginnings_first(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train).until(self.patience);
         let longer = member.fitted.over_a_lengthening_horizon(&stack, 0.0);
@@ -88,14 +91,16 @@ impl Search<'_> {
         self.member(member.laws.clone(), best)
     }
 
-    /// Whether a law of the set pushes by a wave over position a machine of which nothing holds the whole: see [`is_held`].
+    /// Whether a law of the set pushes by a wave over position a machine of which nothing holds the whole:
+    /// see [`is_held`].
     fn drifts_over_a_wave(&self, member: &Member) -> bool {
         let model = &member.fitted.hypothesis.model;
         let mut laws = model.setup().physics.iter().skip(self.given_laws);
         laws.any(|law| law.parameters.contains_key("period")) && !is_held(model)
     }
 
-    /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need not, or fits worse for it.
+    /// The set fitted from the drawing, where a parameter has moved by more than it can be wrong and need
+    /// not, or fits worse for it.
     fn nearer_the_drawing(&self, member: &Member) -> Option<Member> {
         if member.laws.is_empty() || !is_far_anywhere(&member.fitted) || self.is_over() {
             return None;
@@ -115,8 +120,8 @@ impl Search<'_> {
         self.member(member.laws.clone(), drawn)
     }
 
-    /// The set with one of its laws in another valley that fits better; `None` where none is seen, and where the set leaves
-    /// no more than noise.
+    /// The set with one of its laws in another valley that fits better; `None` where none is seen, and where
+    /// the set leaves no more than noise.
     fn in_a_deeper_valley(&self, member: &Member, candidate: usize) -> Option<Member> {
         let place = member.laws.iter().position(|law| *law == candidate)?;
         if self.rest(member) == Rest::Noise {
@@ -150,7 +155,8 @@ impl Search<'_> {
         self.exchanged(member, place, candidate, &cables_together(own, &physics).unwrap_or(physics))
     }
 
-    /// The set with dry friction as friction with a dip at low speed, the sharpness of which is tried as it is in a screen.
+    /// The set with dry friction as friction with a dip at low speed, the sharpness of which is tried as it
+    /// is in a screen.
     fn with_a_dip(&self, member: &Member, place: usize) -> Option<Member> {
         let even = &self.candidates[member.laws[place]];
         let friction = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
@@ -171,16 +177,18 @@ impl Search<'_> {
         begun.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
     }
 
-    /// The set with the law as it would be on a machine turned around, begun from the values that the set has.
+    /// The set with the law as it would be on a machine turned around, begun from the values that the set
+    /// has.
     fn turned_around(&self, member: &Member, place: usize) -> Option<Member> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
         self.exchanged(member, place, member.laws[place], &turned(law)?)
     }
 
-    /// The set with the law, as strong as it is, at another place of the machine or turned around, begun on top of the refit without it: what
-    /// the model's own parameters have made up for at the wrong place, or on the wrong side, is no start at the right one. In a base's
-    /// sweeps a spring at the tip does nearly what one between tip and base does, and the screen may rank the wrong one first; a base
-    /// that stands elsewhere after a move tells them apart.
+    /// The set with the law, as strong as it is, at another place of the machine or turned around, begun on
+    /// top of the refit without it: what the model's own parameters have made up for at the wrong place, or
+    /// on the wrong side, is no start at the right one. In a base's sweeps a spring at the tip does nearly
+    /// what one between tip and base does, and the screen may rank the wrong one first; a base that stands
+    /// elsewhere after a move tells them apart.
     fn begun_anew(&self, member: &Member, place: usize) -> Option<Member> {
         let law = member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
         let here = member.laws[place];
@@ -208,8 +216,9 @@ impl Search<'_> {
     }
 }
 
-/// Whether springs hold all of a machine. Where it comes to lie on a wave depends on all the pushes before otherwise, and a wave that is a
-/// little too short fits the later ones of a recording in one of many ways. So does one from the hollows of which a loop pulls it.
+/// Whether springs hold all of a machine. Where it comes to lie on a wave depends on all the pushes before
+/// otherwise, and a wave that is a little too short fits the later ones of a recording in one of many ways.
+/// So does one from the hollows of which a loop pulls it.
 pub(super) fn is_held(model: &Model) -> bool {
     let modes = StateSpace::new(model).and_then(|space| space.natural_modes());
     !modes.is_ok_and(|modes| modes.iter().any(|(frequency_hz, _)| *frequency_hz == 0.0))
@@ -256,7 +265,8 @@ mod tests {
 
     const NOISE_M: f64 = 1e-5;
 
-    /// A set of one law: as fitted from `begun` to runs of a machine that has `true_law`, and in the deepest valley seen from there.
+    /// A set of one law: as fitted from `begun` to runs of a machine that has `true_law`, and in the deepest
+    /// valley seen from there.
     fn from_a_wrong_valley(true_law: &Physics, begun: &Physics) -> [Physics; 2] {
         let mut truth = machine();
         truth.setup_mut().physics = vec![true_law.clone()];
@@ -340,8 +350,8 @@ mod tests {
         }
     }
 
-    /// As case 170 of seed 16: with a joint that gives way on the wrong side the model's own parameters had gone where the law turned around
-    /// found no way.
+    /// As case 170 of seed 16: with a joint that gives way on the wrong side the model's own parameters had
+    /// gone where the law turned around found no way.
     #[test]
     fn a_law_turned_around_is_begun_beside_the_machine_without_it_too() {
         let truth = Physics::new("bilinear_stiffness", "mass").with("contact", 0.02).with("stiffness", 40.0);

@@ -91,8 +91,8 @@ impl Search<'_> {
 
 impl Study {
     /// A study of pieces of the recordings, each so many periods of the slowest motion long; and which of its
-    /// training recordings, and of its held-out ones, are the first pieces. `None` where nothing says how long a period is, and where a
-    /// piece would be no piece or too short to be read.
+    /// training recordings, and of its held-out ones, are the first pieces. `None` where nothing says how
+    /// long a period is, and where a piece would be no piece or too short to be read.
     fn in_pieces(&self, model: &Model, periods: f64) -> Option<(Self, [Vec<usize>; 2])> {
         let length_s = periods / self.slowest_hz.filter(|hz| *hz > 0.0)?;
         let cut = |record: &Record| {

@@ -1,4 +1,5 @@
-//! One round: every candidate on top of a set is screened, the promising ones are sketched, the best of those fitted.
+//! One round: every candidate on top of a set is screened, the promising ones are sketched, the best of those
+//! fitted.
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, dot};
@@ -23,7 +24,8 @@ pub(crate) type Round = (Vec<Screened>, Vec<Tried>);
 /// What rounds are known by: the laws of the set they began from, and the law whose place was to be taken.
 pub(crate) type RoundKey = (Vec<usize>, Option<usize>);
 
-/// What a law is looked for that could take another's place: that law, and the sum of squares that the set with it leaves.
+/// What a law is looked for that could take another's place: that law, and the sum of squares that the set
+/// with it leaves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) law: usize,
@@ -71,28 +73,31 @@ impl Tried {
 const FITTED_PER_ROUND: std::ops::RangeInclusive<usize> = 2..=6;
 /// ... as long as they take away at least this share of what the best takes.
 pub(super) const CONTENDS: f64 = 0.5;
-/// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are nothing.
+/// Candidates that are sketched even if the screen is not certain of them, unless it is certain that they are
+/// nothing.
 const LOOKED_AT_ANYWAY: usize = 4;
 const UNLIKELY: f64 = 2.0;
-/// Where the model's own parameters are no more than these and all recordings are decays, they are searched with the law's in a sketch:
-/// that costs little more than straight lines, which end where a decay rate or a frequency has to move by as much as a decay shows
-/// of it. A law that the refit has hidden in its damping for the most part looks like nothing along them.
+/// Where the model's own parameters are no more than these and all recordings are decays, they are searched
+/// with the law's in a sketch: that costs little more than straight lines, which end where a decay rate or a
+/// frequency has to move by as much as a decay shows of it. A law that the refit has hidden in its damping
+/// for the most part looks like nothing along them.
 const SEARCHED_ALONG: usize = 4;
-/// Candidates sketched, to see which are worth more: with the model's own parameters held to straight lines, or searched along.
+/// Candidates sketched, to see which are worth more: with the model's own parameters held to straight lines,
+/// or searched along.
 const SKETCHED_PER_ROUND: usize = 16;
-/// As long as the screen says that they take away this share of what the best takes. Of 341 sketches in thirteen searches none with
-/// less than a fifth came to contend.
+/// As long as the screen says that they take away this share of what the best takes. Of 341 sketches in
+/// thirteen searches none with less than a fifth came to contend.
 const WORTH_A_SKETCH: f64 = 0.1;
 
 impl Search<'_> {
-    /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same laws is not done
-    /// again.
+    /// Screens all candidates on top of a set and fits the promising ones; what has been done for the same
+    /// laws is not done again.
     pub(crate) fn round(&self, base: &Member) -> Round {
         self.known((base.laws.clone(), None)).unwrap_or_else(|| self.tried_on(base, None))
     }
 
-    /// The same for laws that could take the place of one: those alone are fitted whose sketches come near to what it does, and the
-    /// law itself is not.
+    /// The same for laws that could take the place of one: those alone are fitted whose sketches come near to
+    /// what it does, and the law itself is not.
     pub(crate) fn round_in_place(&self, base: &Member, place: Place) -> Round {
         let (screened, tried) = self
             .known((base.laws.clone(), None))
@@ -203,8 +208,9 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// Standard errors that a further law must have on the training recordings: where nothing is left that goes with the motion, it must
-    /// be beyond doubt. A random force that shakes a resonance looks much like a steady tone.
+    /// Standard errors that a further law must have on the training recordings: where nothing is left that
+    /// goes with the motion, it must be beyond doubt. A random force that shakes a resonance looks much like
+    /// a steady tone.
     fn least_t(&self, rest: Rest) -> f64 {
         let nothing_to_find = rest != Rest::Structured;
         if nothing_to_find { DOUBT * self.options.training_gate } else { self.options.training_gate }
@@ -221,7 +227,8 @@ impl Search<'_> {
             screened.iter().filter(|s| !base.laws.contains(&s.candidate)).collect();
         promising.sort_by(|a, b| b.explained.total_cmp(&a.explained));
         let best = promising.first().map_or(0.0, |best| best.explained);
-        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any case.
+        // Where what is left is strongly coloured nothing looks certain: the first few are looked at in any
+        // case.
         let mut place = 0;
         promising.retain(|s| {
             place += 1;
@@ -232,7 +239,8 @@ impl Search<'_> {
         promising
     }
 
-    /// Fits laws together with the model's own parameters, those to the end that still contend after the beginning.
+    /// Fits laws together with the model's own parameters, those to the end that still contend after the
+    /// beginning.
     fn fitted_ones(
         &self,
         base: &Member,
@@ -361,7 +369,8 @@ impl Search<'_> {
     }
 }
 
-/// How many of the sketches, the best first, take away a good part of what the best does, or what the law does whose place is to be taken.
+/// How many of the sketches, the best first, take away a good part of what the best does, or what the law
+/// does whose place is to be taken.
 fn contenders(sketched: &[Sketched<'_>], before: f64, place: Option<Place>) -> usize {
     let best = match place {
         Some(place) => before - place.left,
@@ -374,8 +383,8 @@ pub(super) fn by_fit(a: &Tried, b: &Tried) -> std::cmp::Ordering {
     a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares)
 }
 
-/// What a set's free parameters would absorb, and how its residuals change with those of the model's own that are free. They do nearly the
-/// same with one more law as without it; residuals are recorded minus simulated.
+/// What a set's free parameters would absorb, and how its residuals change with those of the model's own that
+/// are free. They do nearly the same with one more law as without it; residuals are recorded minus simulated.
 pub(super) fn directions(stack: &Stack<'_>, base: &Member) -> (Orthonormal, Vec<Vec<f64>>) {
     let columns = base.fitted.rough_sensitivities(stack);
     let mut absorbing = Orthonormal::default();
@@ -386,8 +395,8 @@ pub(super) fn directions(stack: &Stack<'_>, base: &Member) -> (Orthonormal, Vec<
 }
 
 impl Search<'_> {
-    /// Share of what noise does not explain of the held-out recordings that one set takes off another's rest; what the better one
-    /// leaves below the noise counts as noise.
+    /// Share of what noise does not explain of the held-out recordings that one set takes off another's rest;
+    /// what the better one leaves below the noise counts as noise.
     fn held_out_share(&self, without: &Member, with: &Member) -> f64 {
         let left = |member: &Member| -> f64 {
             member.held_out.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum()
@@ -434,8 +443,9 @@ mod tests {
         }
     }
 
-    /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does. The weak one is fitted at the wrong
-    /// body too; fits of what looks like the strong one are no reason not to look around other refits, which finds it.
+    /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does.
+    /// The weak one is fitted at the wrong body too; fits of what looks like the strong one are no reason not
+    /// to look around other refits, which finds it.
     #[test]
     fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
         for stiffness in [3e5, 1e6] {

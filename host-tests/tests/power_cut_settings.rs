@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use stillbeam_firmware::settings::{
-    Key, ModeKey, Settings, SettingsStore, ShaperSource, Stored, Value, record,
+    Key, ModeKey, Settings, SettingsStore, ShaperSource, SourceKey, Stored, Value, record,
 };
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::table::MAX_TABLE_TAPS;
@@ -35,6 +35,9 @@ fn value_of(key: Key) -> BoxedStrategy<Value> {
         Key::Mode(_, ModeKey::Type) => {
             let shaper = prop::option::of(prop::sample::select(ShaperType::ALL.to_vec()));
             shaper.prop_map(Value::Shaper).boxed()
+        }
+        Key::Source(SourceKey::GearNanometres | SourceKey::GearCounts) => {
+            (1..=1_000_000_000_u32).prop_map(|n| Value::Number(f64::from(n))).boxed()
         }
         Key::StreamDecimation => (1..=1_000_000_u32).prop_map(|n| Value::Number(f64::from(n))).boxed(),
         key if key.words().is_some() => {

@@ -16,8 +16,8 @@ use crate::warnings::Quantity;
 /// A mode in one stretch of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePoint {
-    /// Amplitude of the mode there, in the output's unit: of a decay the geometric mean, of a forced record
-    /// the rms times the square root of two.
+    /// Amplitude of the mode there, in the output's unit: of a decay the geometric mean, of a forced record the rms
+    /// times the square root of two.
     pub amplitude: f64,
     /// Beginning and end of the stretch, s.
     pub window_s: [f64; 2],
@@ -46,10 +46,8 @@ impl AmplitudeChange {
     /// The change of the mode at `mode_hz`, in words.
     pub(crate) fn words(&self, mode_hz: f64) -> String {
         format!(
-            "the {} of the mode at {mode_hz:.4} Hz {} by {:.2} %, from {:.6} at amplitude {:.2e} to {:.6} at {:.2e} ({:.1} standard errors)",
-            self.quantity.plain_words(),
-            if self.large.value < self.small.value { "falls" } else { "rises" },
-            100.0 * (self.large.value / self.small.value - 1.0).abs(),
+            "the {} of the mode at {mode_hz:.4} Hz is {:.6} at amplitude {:.2e} and {:.6} at {:.2e} ({:.1} standard errors apart)",
+            self.quantity.words(),
             self.small.value,
             self.small_amplitude,
             self.large.value,
@@ -64,7 +62,7 @@ impl AmplitudeChange {
 pub(crate) const CLEAR: f64 = 4.0;
 pub(crate) const CLEAR_WHERE_BENT: f64 = 2.0;
 /// Shares of frequency and of damping from which it matters to a shaper.
-pub(crate) const MATTERS: [f64; 2] = [0.001, 0.1];
+const MATTERS: [f64; 2] = [0.001, 0.1];
 /// Amplitudes must differ by this factor.
 const APART: f64 = 1.3;
 /// Errors, as shares, above which a point of the curve says nothing.
@@ -73,8 +71,8 @@ const WORTHLESS: [f64; 2] = [0.02, 0.5];
 /// One of a point's quantities.
 type Pick = fn(&AmplitudePoint) -> Estimate;
 
-/// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest
-/// amplitude against the third with the largest.
+/// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest amplitude
+/// against the third with the largest.
 pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
@@ -166,8 +164,8 @@ const STRETCHES: usize = 12;
 const DECAY_TIMES: f64 = 2.0;
 const PERIODS: f64 = 12.0;
 
-/// The course of one mode of forced records: each stretch is fitted on its own, from its own initial state,
-/// the other modes held where the whole records put them.
+/// The course of one mode of forced records: each stretch is fitted on its own, from its own initial state, the other
+/// modes held where the whole records put them.
 pub(crate) fn of_forced(model: &ForcedModel<'_>, parameters: &[f64], mode: usize) -> Vec<AmplitudePoint> {
     let own = pole(parameters, mode);
     let others: Vec<Pole> =

@@ -71,13 +71,6 @@ pub(crate) fn report(
     let mut modes: Vec<IdentifiedMode> =
         (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
-    for dependence in &chosen.dependences {
-        let away =
-            |mode: &&mut IdentifiedMode| (mode.frequency_hz.value / dependence.mean.frequency_hz).ln().abs();
-        if let Some(mode) = modes.iter_mut().min_by(|a, b| away(a).total_cmp(&away(b))) {
-            mode.go_with_amplitude(dependence.points.clone(), dependence.changes.clone());
-        }
-    }
     let opinions = opinions(model, &refined, starts, cross_checks);
     for mode in modes.iter_mut().filter(|_| cross_checks) {
         mode.cross_checks.extend(opinions.of(mode));
@@ -133,7 +126,7 @@ pub(crate) fn report(
     };
     let delay = 2 * model.modes;
     let first = &model.records[0];
-    let fitted = first.with_taken_out(first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e));
+    let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
     Ok(IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes).and_near(&not_linear),
@@ -174,7 +167,7 @@ pub(crate) fn report(
         warnings: merged(warnings),
         fit: FitTrace {
             time_s: first.time_s.iter().map(|t| t + first.origin_s).collect(),
-            measured: first.with_taken_out(first.output.iter().copied()),
+            measured: first.output.clone(),
             fitted,
         },
     })
@@ -236,7 +229,7 @@ fn record_fit(
         rows: rows.len(),
         offset: Estimate { value: refined.coefficients[offset], stderr: refined.coefficient_stderr(offset) },
         residual_rms,
-        fit_percent: fit_percent(&record.with_taken_out(record.output.iter().copied()), residual_rms),
+        fit_percent: fit_percent(&record.output, residual_rms),
         window_s: ends.map(|end| end.map_or(0.0, |t| t + record.origin_s)),
     }
 }
@@ -404,7 +397,14 @@ mod tests {
             |parameter: Parameter| Parameter { lower: parameter.start, upper: parameter.start, ..parameter };
         let fixed: Vec<Parameter> = model.parameters(&poles, 0.0, None).into_iter().map(stay).collect();
         let minimum = fit(&model, &fixed).unwrap();
-        let chosen = Chosen::alone(model, minimum);
+        let chosen = Chosen {
+            model,
+            minimum,
+            steps: Vec::new(),
+            rejected: Vec::new(),
+            not_linear: Vec::new(),
+            remarks: Vec::new(),
+        };
         report(&chosen, &Starts::new(&records), false)
     }
 

@@ -28,10 +28,8 @@
 
 mod aliasing;
 mod amplitude;
-mod amplitude_law;
 mod band_models;
 mod column;
-mod common_clock;
 mod comparison;
 mod decay_model;
 mod decay_modes;
@@ -87,9 +85,6 @@ mod whitening;
 mod wild_samples;
 
 pub use amplitude::{AmplitudeChange, AmplitudePoint};
-pub use common_clock::{
-    ClockError, ClockFit, Derivative, Signal, clock_by_edges, clock_by_motion, rising_edges_s,
-};
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
 pub use forced_fit::{

@@ -3,7 +3,6 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 pub mod ambient;
-pub mod amplitude;
 pub mod bound;
 pub mod decays;
 pub mod free_base;

@@ -136,9 +136,6 @@ pub struct Links<'m> {
     pub status: &'m Status,
     /// What single bytes ask for.
     pub asked: &'m Asked,
-    /// Where the command comes from another controller's pulses. Apart from the controller, whose other
-    /// fields are then near enough to each other for short instructions.
-    pub source: &'m mut Option<Source>,
 }
 
 /// The state of the control loop.
@@ -159,7 +156,9 @@ pub struct Controller<'m> {
     encoder: Option<Encoder>,
     /// The encoder's counter in the last tick.
     encoder_counter: u16,
-    /// Another controller's pulses are the command.
+    /// Where the command comes from another controller's pulses.
+    source: Option<Source>,
+    /// Whether it does.
     has_source: bool,
     /// The limits keep the setpoint away from the shaped command.
     lags: bool,
@@ -239,7 +238,6 @@ impl<'m> Controller<'m> {
 
     /// A controller at rest at zero, the drive off.
     pub fn new(links: Links<'m>, cascade: Cascade<'m>, setup: Setup) -> Self {
-        *links.source = setup.source.map(Source::new);
         let zero = Nanometres(0);
         let mut controller = Self {
             links,
@@ -249,6 +247,7 @@ impl<'m> Controller<'m> {
             pulses: setup.pulses.map(|scale| Pulses::new(scale, zero)),
             train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
+            source: setup.source.map(Source::new),
             has_source: setup.source.is_some(),
             lags: false,
             braking: setup.braking,
@@ -339,7 +338,7 @@ impl<'m> Controller<'m> {
         if self.links.requests.ready() {
             self.take_request();
         }
-        if FOLLOWS && let Some(source) = self.links.source {
+        if FOLLOWS && let Some(source) = &mut self.source {
             source.count(inputs.source_counter);
         }
         let encoder = self.observe(inputs);

@@ -9,7 +9,6 @@ use crate::motion::{MotionMemory, PieceMemory};
 use crate::real_time::Asked;
 use crate::settings::Settings;
 use crate::shaper::{Cascade, ShaperTable};
-use crate::source::Source;
 use crate::telemetry::{Sample, Status};
 
 /// Samples of history that one table may use. Two histories, one live and one for the next table, take 54 KiB
@@ -46,7 +45,6 @@ pub struct Machine<'m> {
     events: Queue<EventRecord, EVENT_QUEUE>,
     status: Status,
     asked: Asked,
-    source: Option<Source>,
 }
 
 /// The three parties that share a machine.
@@ -72,7 +70,6 @@ impl<'m> Machine<'m> {
             events: Queue::new(),
             status: Status::new(),
             asked: Asked::new(),
-            source: None,
         }
     }
 
@@ -92,7 +89,6 @@ impl<'m> Machine<'m> {
             events: event_sender,
             status,
             asked,
-            source: &mut self.source,
         };
         let identity_table = ShaperTable::identity(settings.tick_rate());
         let cascade = Cascade::identity(live);

@@ -14,7 +14,7 @@ impl Controller<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn configure_source(&mut self, setup: Option<SourceSetup>) {
-        match (&mut *self.links.source, setup, &self.setup.source) {
+        match (&mut self.source, setup, &self.setup.source) {
             (Some(source), Some(setup), Some(before)) if setup.is_same_source(before) => {
                 source.set_limits(setup.limits);
             }
@@ -30,7 +30,7 @@ impl Controller<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn begin_following(&mut self) {
-        let Some(source) = self.links.source else { return };
+        let Some(source) = &mut self.source else { return };
         source.begin_at(self.setpoint);
         self.lags = false;
         self.past_shaper = false;
@@ -51,7 +51,7 @@ impl Controller<'_> {
     /// The command of this tick.
     #[inline(never)]
     pub(super) fn follow_source(&mut self) {
-        let Some(source) = self.links.source else { return };
+        let Some(source) = &mut self.source else { return };
         let position = source.step();
         let [_, before, now] = self.recent;
         self.recent = [before, now, position];
@@ -72,7 +72,7 @@ impl Controller<'_> {
     /// The setpoint that the limits permit.
     #[inline(never)]
     pub(super) fn limited(&mut self, shaped: Nanometres) -> Nanometres {
-        let Some(source) = self.links.source else { return shaped };
+        let Some(source) = &mut self.source else { return shaped };
         let following = matches!(self.motion, Motion::Following);
         let mut behind_nm = 0;
         let mut limited = shaped;

@@ -185,7 +185,7 @@ impl Controller<'_> {
         self.recent = [position.into(); 3];
         self.setpoint = position;
         self.earlier_setpoint = position;
-        if let Some(source) = self.links.source {
+        if let Some(source) = &mut self.source {
             source.begin_at(position);
         }
         self.pulses = self.setup.pulses.map(|scale| Pulses::new(scale, position));

@@ -158,8 +158,6 @@ pub struct Controller<'m> {
     encoder_counter: u16,
     /// Where the command comes from another controller's pulses.
     source: Option<Source>,
-    /// Whether it does.
-    has_source: bool,
     /// The limits keep the setpoint away from the shaped command.
     lags: bool,
     latch: Latch,
@@ -248,7 +246,6 @@ impl<'m> Controller<'m> {
             train: StepTrain::default(),
             encoder: setup.encoder.map(|scale| Encoder::new(scale, 0, zero)),
             source: setup.source.map(Source::new),
-            has_source: setup.source.is_some(),
             lags: false,
             braking: setup.braking,
             ramp_ticks: setup.drive.times.ramp,
@@ -322,7 +319,7 @@ impl<'m> Controller<'m> {
     /// Whether another controller's pulses are the command.
     #[inline]
     pub fn has_source(&self) -> bool {
-        self.has_source
+        self.source.is_some()
     }
 
     /// A tick, asking whether the step output still makes the steps of an earlier tick only where there is
@@ -413,7 +410,7 @@ impl<'m> Controller<'m> {
     fn accept(&mut self, request: Request<'m>) {
         match request {
             // Planned from rest, which a fault may have ended since.
-            Request::Start(plan) if !self.drive.may_move() || self.has_source => {
+            Request::Start(plan) if !self.drive.may_move() || self.has_source() => {
                 self.give_back(plan.into_memory());
             }
             Request::Start(plan) => {

@@ -6,7 +6,8 @@
 //! - [`units`]: positions and rates with their unit in the type.
 //! - [`shaper`]: from a mode's frequency and damping ratio to integer taps, and the cascade that runs them.
 //! - [`motion`]: moves, sweeps and the controlled stop as functions of the tick.
-//! - [`source`]: another controller's pulses as the command instead, and what holds the setpoint within its limits then.
+//! - [`source`]: another controller's pulses as the command instead, and what holds the setpoint within its
+//!   limits then.
 //! - [`servo`], [`telemetry`]: the two ways out.
 //! - [`drive`]: whether the drive may run, from a person's `enable` to the end of a stop.
 //! - [`fault`]: what can go wrong and what is done about it.

@@ -12,7 +12,7 @@ use crate::motion::MotionError;
 use crate::motion::spec::NotAMotion;
 use crate::settings::{Key, Refusal, SourceMisfit, StoreError};
 use crate::shaper::ModeError;
-use crate::source::{Gearing, SourceKind};
+use crate::source::SourceKind;
 use crate::telemetry::Activity;
 use crate::units::TickRate;
 
@@ -272,18 +272,7 @@ impl fmt::Display for CommandError<'_> {
                     "range loop.gain_per_s: a position loop needs {lacks}; set it, or loop.gain_per_s 0"
                 )
             }
-            Self::Source(SourceMisfit::Gear { gear_nm, gear_counts }) => write!(
-                f,
-                "range source.gear_nm: {gear_nm} nm for {gear_counts} counts are more than {} nm for one",
-                Gearing::MOST_NM_PER_COUNT
-            ),
-            Self::Source(SourceMisfit::Coarse { needed_mm_s2, limit_mm_s2 }) => write!(
-                f,
-                "range source.average_ticks: a single count takes {:.0} mm/s2, move.acceleration_mm_s2 is {}; \
-                 raise source.average_ticks or lower tick.rate_hz",
-                Decimal(*needed_mm_s2),
-                Decimal(*limit_mm_s2)
-            ),
+            Self::Source(misfit) => write!(f, "range {misfit}"),
             Self::Upload { kind, error } => write!(f, "{} {}: {error}", error.code(), kind.word()),
             Self::Flash(error) => write!(f, "flash save: {error}"),
             Self::BrownOut { found } => {

@@ -23,7 +23,6 @@ impl Controller<'_> {
                 self.lags = false;
             }
         }
-        self.has_source = setup.is_some();
     }
 
     /// Lets the pulses be the command, from where the setpoint is. For a shaper that has settled there.

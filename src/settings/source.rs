@@ -1,6 +1,9 @@
 //! Settings of where the command comes from.
 
+use core::fmt;
+
 use super::{Choice, Refusal, Value};
+use crate::decimal::Decimal;
 use crate::motion::MoveLimits;
 use crate::source::{Average, Gearing, SetpointLimits, SourceKind, SourceSetup};
 use crate::units::{Nanometres, TickRate};
@@ -60,6 +63,25 @@ pub enum SourceMisfit {
         /// The limit.
         limit_mm_s2: f64,
     },
+}
+
+impl fmt::Display for SourceMisfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Gear { gear_nm, gear_counts } => write!(
+                f,
+                "source.gear_nm: {gear_nm} nm for {gear_counts} counts are more than {} nm for one",
+                Gearing::MOST_NM_PER_COUNT
+            ),
+            Self::Coarse { needed_mm_s2, limit_mm_s2 } => write!(
+                f,
+                "source.average_ticks: a single count takes {:.0} mm/s2, move.acceleration_mm_s2 is {}; \
+                 raise source.average_ticks or lower tick.rate_hz",
+                Decimal(*needed_mm_s2),
+                Decimal(*limit_mm_s2)
+            ),
+        }
+    }
 }
 
 impl SourceKey {

@@ -235,9 +235,9 @@ impl Record {
         Self { outputs: outputs.collect(), ..self.clone() }
     }
 
-    /// Pieces of this share (0 to 1) of the run, `most` at most and spread evenly, as recordings of their own;
-    /// `None` where there are fewer than two.
-    pub(crate) fn pieces(&self, model: &Model, share: f64, most: usize) -> Option<Vec<Recording>> {
+    /// Pieces of this share (0 to 1) of a free decay, `most` at most and spread evenly, as recordings of their
+    /// own; `None` where there are fewer than two.
+    pub(crate) fn pieces(&self, share: f64, most: usize) -> Option<Vec<Recording>> {
         let stamps = (share * self.time_s.len() as f64) as usize;
         let count = ((1.0 / share) as usize).min(most);
         if count < 2 {
@@ -249,9 +249,6 @@ impl Record {
             let range = first(number)..first(number) + stamps;
             let name = format!("{} from {:.3} s", self.name, self.time_s.get(range.start)?);
             let mut piece = Recording::new(name, self.time_s[range.clone()].to_vec());
-            if let (Some(input), Some(samples)) = (model.input(), &self.input) {
-                piece = piece.with_column(input.column.clone(), samples[range.clone()].to_vec());
-            }
             for output in &self.outputs {
                 let mut samples = vec![f64::NAN; stamps];
                 let places = output.at.iter().zip(&output.samples).filter(|(at, _)| range.contains(at));

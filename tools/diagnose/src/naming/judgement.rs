@@ -272,9 +272,10 @@ impl Search<'_> {
         selection.rivals.extend(suspected);
     }
 
-    /// Whether all that could take the place of the chosen laws has been tried already.
+    /// Whether all that could take the place of the chosen laws has been tried already. What was found in
+    /// pieces of the recordings has no rivals yet that were fitted to the whole of them.
     fn knows_rivals(&self, selection: &Selection) -> bool {
-        selection.chosen.laws.len() == 1 && !self.weighed_again
+        selection.chosen.laws.len() == 1 && !self.weighed_again && !selection.tried.is_empty()
     }
 
     /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks

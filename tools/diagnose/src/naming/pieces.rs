@@ -12,6 +12,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
+use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
 use crate::comparison::compare;
@@ -40,6 +41,8 @@ pub(super) struct FoundInPieces {
     /// States in which the held-out recordings begin beside it: from those of another machine no slope may
     /// lead to them.
     pub(super) held_out_starts: Vec<Vec<f64>>,
+    /// What the screen saw of all laws in the pieces.
+    pub(super) screened: Vec<Screened>,
 }
 
 impl Search<'_> {
@@ -69,7 +72,7 @@ impl Search<'_> {
             ..*self
         };
         let refitted = Member { laws: Vec::new(), fitted: compared.refitted, held_out };
-        let (_, mut found) = search.round(&refitted);
+        let (screened, mut found) = search.round(&refitted);
         found.sort_by(|a, b| a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares));
         let of_first = |fits: &[RecordFit], firsts: &[usize]| -> Vec<RecordFit> {
             firsts.iter().map(|&first| fits[first].clone()).collect()
@@ -83,9 +86,11 @@ impl Search<'_> {
             let finished = self.fitted_on(&fitted, Effort::FULL).unwrap_or(fitted);
             let held_out = of_first(&held_out, &held_out_firsts);
             let held_out_starts = held_out.into_iter().map(|fit| fit.initial).collect();
-            Some(FoundInPieces { laws, fitted: finished, held_out_starts })
+            Some((laws, finished, held_out_starts))
         });
-        followed.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))
+        let (laws, fitted, held_out_starts) =
+            followed.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares))?;
+        Some(FoundInPieces { laws, fitted, held_out_starts, screened })
     }
 }
 
@@ -96,7 +101,7 @@ impl Study {
     fn in_pieces(&self, model: &Model, periods: f64) -> Option<(Self, [Vec<usize>; 2])> {
         let length_s = periods / self.slowest_hz.filter(|hz| *hz > 0.0)?;
         let cut = |record: &Record| {
-            let pieces = record.pieces(model, length_s / record.duration_s(), MOST_PIECES)?;
+            let pieces = record.pieces(length_s / record.duration_s(), MOST_PIECES)?;
             let ready =
                 pieces.iter().map(|piece| Record::new(piece, record.role, model, None, self.fastest_hz));
             ready.collect::<Result<Vec<Record>, _>>().ok()

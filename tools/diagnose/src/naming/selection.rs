@@ -105,11 +105,8 @@ impl Search<'_> {
         let mut tried_first: Vec<Tried> = Vec::new();
         let mut left_out = Vec::new();
         let mut reached = HashSet::new();
-        if let Some(found) = self.found_in_pieces(&chosen) {
-            self.held_out_starts = found.held_out_starts;
-            if let Some(member) = self.member(found.laws, found.fitted) {
-                chosen = self.weighed_again(member);
-            }
+        if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
+            (chosen, screened_first) = (begun, screened);
         }
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
@@ -162,6 +159,14 @@ impl Search<'_> {
             left_out,
             explained_share: None,
         }
+    }
+
+    /// Where the search begins if the refit is out of phase with the recordings, and what was seen there.
+    fn begun_in_pieces(&mut self, refitted: &Member) -> Option<(Member, Vec<Screened>)> {
+        let found = self.found_in_pieces(refitted)?;
+        self.held_out_starts = found.held_out_starts;
+        let member = self.member(found.laws, found.fitted)?;
+        Some((self.weighed_again(member), found.screened))
     }
 
     /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is

@@ -132,9 +132,9 @@ mod tests {
         let failures = [
             changed(|now| now.tick.last_mut().expect("a tick").median *= 2),
             changed(|now| now.tick.last_mut().expect("a tick").cycles *= 2),
-            changed(|now| now.size.as_mut().expect("sizes").text += 10_000),
-            changed(|now| now.size.as_mut().expect("sizes").bss += 10_000),
-            changed(|now| now.stack.as_mut().expect("a stack").bytes += 2_000),
+            changed(|now| now.size.as_mut().expect("sizes").text *= 2),
+            changed(|now| now.size.as_mut().expect("sizes").bss *= 2),
+            changed(|now| now.stack.as_mut().expect("a stack").bytes *= 2),
             changed(|now| now.stack = None),
             changed(|now| now.tick.clear()),
         ];

@@ -30,6 +30,7 @@ mod aliasing;
 mod amplitude;
 mod band_models;
 mod column;
+mod common_clock;
 mod comparison;
 mod decay_model;
 mod decay_modes;
@@ -85,6 +86,9 @@ mod whitening;
 mod wild_samples;
 
 pub use amplitude::{AmplitudeChange, AmplitudePoint};
+pub use common_clock::{
+    ClockError, ClockFit, Derivative, Signal, clock_by_edges, clock_by_motion, rising_edges_s,
+};
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
 pub use forced_fit::{

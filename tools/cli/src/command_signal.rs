@@ -12,6 +12,7 @@ use stillbeam_recording::Recording;
 
 use crate::error::CliError;
 use crate::length::Length;
+use crate::motion_refusal::refusal;
 
 /// Nanometres in a metre.
 const NANOMETRES: f64 = 1e9;
@@ -89,10 +90,9 @@ pub fn setpoints_within_m(
         rate,
     };
     let mut memory = vec![0; HISTORY_SAMPLES];
-    let mut plan = command
-        .spec
-        .plan(&context, &mut Some(&mut memory))
-        .map_err(|error| CliError::Usage(format!("--command {}: {error}", command.spec.command())))?;
+    let mut plan = command.spec.plan(&context, &mut Some(&mut memory)).map_err(|error| {
+        CliError::Usage(format!("--command {}: {}", command.spec.command(), refusal(&error)))
+    })?;
     let mut command_nm = vec![0];
     command_nm.extend(std::iter::from_fn(|| plan.step()).map(|position| position.rounded().0));
     if command_nm.len() < 2 {

@@ -8,8 +8,10 @@
 //! | the main job, from a sweep to a still beam | [`demo`] |
 //! | the paper's tables and figures, made again | [`paper`] |
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
+//! | a motion that is refused, in the words of the command | [`motion_refusal`] |
 //! | a move of the base, simulated and judged | [`base_move`] |
 //! | which columns, and the files that modes go into | [`identification`] |
+//! | two recordings of one clock, in one table | [`merging`] |
 //! | where modes may be, and what the machine stands | [`shaping`] |
 //! | public recordings, fetched and checked | [`data`] |
 //! | results become self-contained HTML pages | [`report`] |
@@ -29,6 +31,8 @@ mod extended_move;
 
 pub mod identification;
 pub mod length;
+pub mod merging;
+pub mod motion_refusal;
 pub mod outputs;
 pub mod paper;
 pub mod reading;

@@ -16,6 +16,9 @@ pub const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
 /// How long the emulator may take to boot, its own build included.
 const BOOT_PATIENCE: Duration = Duration::from_secs(300);
 
+/// The emulator.
+const PROGRAM: &str = "qemu-system-arm";
+
 const REMEDY: &str = "run `cargo xtask setup`, then `cargo xtask emulate` to see what it says";
 
 /// An emulated board. It ends with this value.
@@ -34,6 +37,7 @@ impl EmulatedBoard {
     pub fn start(say: &mut dyn FnMut(&str)) -> Result<Self, BoardError> {
         let root = workspace::root()
             .ok_or_else(|| failed("the source tree was not found; run this from within it".to_owned()))?;
+        emulator_is_installed(std::env::var_os("PATH"))?;
         let image = match std::env::var_os(IMAGE_VARIABLE) {
             Some(image) => PathBuf::from(image),
             None => {
@@ -70,6 +74,16 @@ impl ByteLink for EmulatedBoard {
     fn pause(&mut self, duration: Duration) {
         self.port.pause(duration);
     }
+}
+
+/// Refuses where the emulator is not on the search path: an image for it takes a minute to build.
+fn emulator_is_installed(search_path: Option<std::ffi::OsString>) -> Result<(), BoardError> {
+    let found = search_path
+        .is_some_and(|folders| std::env::split_paths(&folders).any(|folder| folder.join(PROGRAM).is_file()));
+    if found {
+        return Ok(());
+    }
+    Err(failed(format!("`{PROGRAM}` is not installed (QEMU 10 or newer for ARM); `--port core` needs none")))
 }
 
 /// Builds the release image and returns its path.
@@ -160,4 +174,21 @@ fn cargo(root: &Path) -> Command {
 
 fn failed(reason: String) -> BoardError {
     BoardError::Emulator { reason, remedy: REMEDY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_emulator_that_is_missing_is_told_before_anything_is_built() {
+        let folder = std::env::temp_dir().join(format!("stillbeam-no-emulator-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let refused = emulator_is_installed(Some(folder.clone().into_os_string())).unwrap_err().to_string();
+        assert!(refused.contains("qemu-system-arm") && refused.contains("--port core"), "{refused}");
+        assert!(emulator_is_installed(None).is_err());
+        std::fs::write(folder.join(PROGRAM), "").unwrap();
+        assert!(emulator_is_installed(Some(folder.clone().into_os_string())).is_ok());
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 }

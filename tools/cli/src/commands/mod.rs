@@ -1,6 +1,7 @@
 //! The subcommands, one file each.
 
 pub mod apply;
+pub mod completions;
 pub mod console;
 pub mod convert;
 pub mod data;
@@ -8,6 +9,7 @@ pub mod demo;
 pub mod diagnose;
 pub mod flash;
 pub mod identify;
+pub mod merge;
 pub mod model;
 pub mod paper;
 pub mod plan;
@@ -44,6 +46,7 @@ enum Command {
     Diagnose(diagnose::DiagnoseArgs),
     Identify(identify::IdentifyArgs),
     Convert(convert::ConvertArgs),
+    Merge(merge::MergeArgs),
     Data(data::DataArgs),
     Shape(shape::ShapeArgs),
     Plan(plan::PlanArgs),
@@ -56,6 +59,8 @@ enum Command {
     Flash(flash::FlashArgs),
     Demo(demo::DemoArgs),
     Paper(paper::PaperArgs),
+    Completions(completions::CompletionsArgs),
+    Man(completions::ManArgs),
 }
 
 impl Cli {
@@ -80,6 +85,9 @@ impl Cli {
             Command::Flash(args) => args.run(streams),
             Command::Demo(args) => args.run(streams),
             Command::Paper(args) => args.run(streams),
+            Command::Merge(args) => args.run(streams),
+            Command::Completions(args) => args.run(streams),
+            Command::Man(args) => args.run(streams),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::fit::{Effort, Fitted, fit};
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::record::Record;
 use crate::simulation::Hypothesis;
-use crate::stacking::Stack;
+use crate::stacking::{RecordFit, Stack};
 
 /// A parameter is refitted when a change of a twentieth of its value, or more, would show: its own part of
 /// the sensitivity in residual standard deviations. What is known worse than that is known better from the
@@ -136,7 +136,7 @@ fn refit_at(
     };
     let moved = given.with_values(candidates, &start).ok_or_else(diverged)?;
     let records = stack.evaluate(&moved, states).ok_or_else(diverged)?;
-    let sum_of_squares = records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
+    let sum_of_squares = sum_of_squares(&records);
     let mut at =
         Fitted { hypothesis: moved, free: candidates.to_vec(), values: start, records, sum_of_squares };
     let mut free_before = Vec::new();
@@ -228,16 +228,28 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
 /// A scan is thinned out where it would look at more samples than this, every frequency's counted.
 const MUCH_TO_SCAN: usize = 300_000;
 
+/// Logarithms of frequencies are scanned in steps of this size: half the valley of a mode damped by half a
+/// per cent, or of one that is seen for a hundred periods.
+const SCAN_STEP: f64 = 0.005;
+/// How far from the given value a frequency is looked for, each round nearer to where the last one ended: as
+/// a drawing is usually wrong, ...
+const SCAN_REACHES: [f64; 2] = [0.12, 0.024];
+/// ... and where a model as close as that is out of step with a recording: masses and stiffnesses a third off
+/// both ways.
+const WIDE_SCAN_REACHES: [f64; 3] = [0.4, 0.12, 0.024];
+/// Steps to either side at least.
+const FEWEST_STEPS: i32 = 24;
+/// A model is out of step where it leaves more than this share of an output, root mean square.
+const OUT_OF_STEP: f64 = 0.6;
+
 /// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley:
-/// every frequency of the model's own is first looked for around its given value, the others standing still,
-/// twice round.
+/// every frequency of the model's own is first looked for around its given value, the others standing still.
 fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
-    const REACH: f64 = 0.12;
-    const STEPS: i32 = 24;
-    let sets_frequency = |parameter: &FreeParameter| !parameter.is_added && parameter.sets_frequency();
+    let frequencies: Vec<usize> =
+        (0..free.len()).filter(|&index| !free[index].is_added && free[index].sets_frequency()).collect();
     // Many modes on long recordings are looked at in fewer samples, and their initial states as those of the
     // given model.
-    let work = stack.present() * free.iter().filter(|parameter| sets_frequency(parameter)).count();
+    let work = stack.present() * frequencies.len();
     let is_driven = stack.records.iter().all(|record| record.input.is_some());
     let is_large = work > MUCH_TO_SCAN && is_driven && stack.is_even();
     let nth = if is_large { 2 * work / MUCH_TO_SCAN } else { 1 };
@@ -245,30 +257,75 @@ fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter
     let stack = &Stack { records: thin.iter().collect(), ..stack.clone() };
     let near = given.with_values(free, values).filter(|_| is_large);
     let near = near.and_then(|given| stack.evaluate(&given, &[]));
-    for round in 0..2 {
-        for (index, _) in free.iter().enumerate().filter(|(_, parameter)| sets_frequency(parameter)) {
-            let reach = if round == 0 { REACH } else { 0.2 * REACH };
-            let centre = values[index];
-            let sums: Vec<(f64, f64)> = (-STEPS..=STEPS)
-                .into_par_iter()
-                .filter_map(|step| {
-                    // Frequencies go with the root of a stiffness.
-                    let power = if free[index].path.ends_with("frequency_hz") { 1.0 } else { 2.0 };
-                    let value = centre * (power * reach * f64::from(step) / f64::from(STEPS)).exp();
-                    let mut trial = values.to_vec();
-                    trial[index] = value;
-                    let moved = given.with_values(free, &trial)?;
-                    let records = match &near {
-                        Some(near) => stack.seen_from(&moved, near)?,
-                        None => stack.evaluate(&moved, &[])?,
-                    };
-                    let sum: f64 = records.iter().map(|r| dot(&r.residuals, &r.residuals)).sum();
-                    (value >= free[index].lower && value <= free[index].upper).then_some((sum, value))
-                })
-                .collect();
-            if let Some((_, best)) = sums.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) {
-                values[index] = best;
-            }
+    let scan = Scan { stack, given, free, near };
+    let drawn = values.to_vec();
+    let narrow = scan.around(&drawn, &frequencies, &SCAN_REACHES);
+    values.copy_from_slice(&narrow);
+    let [left, share] = scan.left(&narrow);
+    if share > OUT_OF_STEP && is_driven {
+        let wide = scan.around(&drawn, &frequencies, &WIDE_SCAN_REACHES);
+        let [left_wide, share_wide] = scan.left(&wide);
+        if left_wide < left && share_wide < OUT_OF_STEP {
+            values.copy_from_slice(&wide);
         }
     }
+}
+
+/// A look at what a model leaves where one parameter after the other takes many values.
+struct Scan<'s> {
+    stack: &'s Stack<'s>,
+    given: &'s Hypothesis,
+    free: &'s [FreeParameter],
+    /// Fits whose initial states are used; without, every look finds its own.
+    near: Option<Vec<RecordFit>>,
+}
+
+impl Scan<'_> {
+    /// The values that leave least, looked for around these.
+    fn around(&self, start: &[f64], frequencies: &[usize], reaches: &[f64]) -> Vec<f64> {
+        let mut values = start.to_vec();
+        for reach in reaches {
+            let steps = ((reach / SCAN_STEP) as i32).max(FEWEST_STEPS);
+            for &index in frequencies {
+                let (centre, free) = (values[index], &self.free[index]);
+                // Frequencies go with the root of a stiffness.
+                let power = if free.path.ends_with("frequency_hz") { 1.0 } else { 2.0 };
+                let sums = (-steps..=steps).into_par_iter().filter_map(|step| {
+                    let value = centre * (power * reach * f64::from(step) / f64::from(steps)).exp();
+                    let mut trial = values.clone();
+                    trial[index] = value;
+                    let sum = sum_of_squares(&self.seen(&trial)?);
+                    (value >= free.lower && value <= free.upper).then_some((sum, value))
+                });
+                if let Some((_, best)) = sums.min_by(|a, b| a.0.total_cmp(&b.0)) {
+                    values[index] = best;
+                }
+            }
+        }
+        values
+    }
+
+    fn seen(&self, values: &[f64]) -> Option<Vec<RecordFit>> {
+        let moved = self.given.with_values(self.free, values)?;
+        match &self.near {
+            Some(near) => self.stack.seen_from(&moved, near),
+            None => self.stack.evaluate(&moved, &[]),
+        }
+    }
+
+    /// The sum of squares that these values leave, and the largest share of an output, root mean square.
+    fn left(&self, values: &[f64]) -> [f64; 2] {
+        let Some(records) = self.seen(values) else { return [f64::INFINITY; 2] };
+        let shares = records.iter().enumerate().map(|(index, fit)| {
+            let nothing: Vec<Vec<f64>> = fit.simulated.iter().map(|signal| vec![0.0; signal.len()]).collect();
+            let mut recorded = self.stack.departure(index, &nothing);
+            fit.nuisances.remove_from(&mut recorded);
+            (dot(&fit.residuals, &fit.residuals) / dot(&recorded, &recorded)).sqrt()
+        });
+        [sum_of_squares(&records), shares.fold(0.0, f64::max)]
+    }
+}
+
+fn sum_of_squares(records: &[RecordFit]) -> f64 {
+    records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum()
 }

@@ -12,6 +12,7 @@ use crate::simulation::Hypothesis;
 use crate::study::{OnAll, Study};
 
 /// The given model and its refit, on all recordings.
+#[derive(Clone)]
 pub(crate) struct Compared {
     pub(crate) given: OnAll,
     pub(crate) refitted: Fitted,
@@ -83,6 +84,6 @@ pub(crate) fn settle(
     let candidates: Vec<FreeParameter> = free_parameters(given);
     let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
     let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;
-    let given = study.on_all(given, &[], &[])?;
+    let given = study.without_remainders().on_all(given, &[], &[])?;
     Ok(Compared { given, refitted, refitted_on_all, floors, undetermined })
 }

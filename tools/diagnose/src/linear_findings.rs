@@ -4,22 +4,61 @@
 //! samples. With more modes, or with an input that is held, the machine is as linear as before; laws that
 //! delay, weaken or leak would do much of the same.
 
+use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Model;
+use stillbeam_recording::Role;
 
 use crate::adequacy::is_adequate;
 use crate::between_samples::BetweenSamples;
 use crate::comparison::{Compared, compare_from};
 use crate::error::DiagnoseError;
+use crate::fit::Fitted;
 use crate::options::Options;
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 
 /// Said where the model is adequate with a share of the input beside it.
 const MODES_BEYOND: &str = "the model has too few modes: those beyond add a share of what drives them, nearly without delay; the machine is linear with them too";
+/// Said where the shares of its modes are free as well.
+const SHARES: &str = "the model has too few modes or bodies: its outputs show another share of its modes than it says, and those beyond add a share of what drives them; the machine is linear with them too";
 /// Said where another guess of the input does it.
 const HELD: &str = "the input is held from sample to sample, as a digital controller puts it out: half a sample late, on the average";
 const LINES: &str = "the input goes in straight lines from sample to sample";
 const SMOOTH: &str = "the input is a smooth curve through its samples";
+
+/// What may be beyond a model and leaves the machine linear, the least first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Beyond {
+    Nothing,
+    Modes,
+    ModesAndShares,
+}
+
+impl Beyond {
+    const ALL: [Self; 3] = [Self::Nothing, Self::Modes, Self::ModesAndShares];
+
+    /// The recordings with it freed; `None` where nothing drives it.
+    fn freed_on(self, study: &Study, model: &Model) -> Option<Study> {
+        match self {
+            Self::Nothing => Some(study.clone()),
+            Self::Modes => study.with_remainders(model),
+            Self::ModesAndShares => study.with_shares(model),
+        }
+    }
+
+    fn words(self) -> Option<&'static str> {
+        match self {
+            Self::Nothing => None,
+            Self::Modes => Some(MODES_BEYOND),
+            Self::ModesAndShares => Some(SHARES),
+        }
+    }
+
+    /// What a mode does is known as well as its frequency, which a refit without its share may have missed.
+    fn depends_on_the_refit(self) -> bool {
+        self == Self::ModesAndShares
+    }
+}
 
 /// The first of these, each refitted, that leaves nothing but noise: the study as it is then, which says so,
 /// and the comparison on it.
@@ -29,27 +68,95 @@ pub(crate) fn as_linear(
     compared: &Compared,
     options: &Options,
 ) -> Result<Option<(Study, Compared)>, DiagnoseError> {
-    let given = Hypothesis::given(model);
-    let refitted = compared.refitted.hypothesis.without_laws();
-    let others = others_between(study, model);
     let as_guessed = std::iter::once((study.clone(), None));
+    let others = others_between(study, model);
     let others =
         others.into_iter().filter_map(|(between, words)| Some((study.between(between, model)?, Some(words))));
-    let guesses: Vec<(Study, Option<&str>)> = as_guessed.chain(others).collect();
-    // What says least comes first: another guess of the input, then further modes, then both.
-    let alone = guesses.iter().skip(1).map(|(guess, words)| (guess.clone(), *words, None));
-    let with_modes = guesses.iter().filter_map(|(guess, words)| {
-        Some((guess.with_remainders(&refitted.model)?, *words, Some(MODES_BEYOND)))
-    });
-    for (mut wider, words, modes) in alone.chain(with_modes) {
-        let freed = compare_from(&mut wider, &given, compared)?;
-        wider.draw_input_errors(&freed.refitted);
-        if is_adequate(&wider.adequacies(&freed.refitted_on_all, &freed.floors), options) {
-            wider.caps.extend(words.into_iter().chain(modes).map(str::to_owned));
-            return Ok(Some((wider, freed)));
+    let guesses: Vec<(Study, Option<&'static str>)> = as_guessed.chain(others).collect();
+    let tangents = compared.refitted.sensitivities(&study.stack(Role::Train));
+    // What says least comes first: another guess of the input, then what is beyond, then both.
+    for beyond in Beyond::ALL {
+        for (guess, words) in guesses.iter().skip(usize::from(beyond == Beyond::Nothing)) {
+            let found = explained(guess, beyond, (model, compared), &tangents, options)?;
+            if let Some((mut wider, freed)) = found {
+                wider.caps.extend(words.iter().copied().chain(beyond.words()).map(str::to_owned));
+                return Ok(Some((wider, freed)));
+            }
         }
     }
     Ok(None)
+}
+
+/// What a mode does is reckoned anew from the last refit so often: the part of its share that is free stands
+/// still in every refit, and the model moves too far by as much.
+const MOST_REFITS: usize = 8;
+
+/// The study with this freed and the comparison on it, if that leaves nothing but noise.
+fn explained(
+    guess: &Study,
+    beyond: Beyond,
+    (model, compared): (&Model, &Compared),
+    tangents: &[Vec<f64>],
+    options: &Options,
+) -> Result<Option<(Study, Compared)>, DiagnoseError> {
+    let given = Hypothesis::given(model);
+    let mut before = compared.clone();
+    for round in 0..if beyond.depends_on_the_refit() { MOST_REFITS } else { 1 } {
+        let refitted = before.refitted.hypothesis.without_laws();
+        let Some(mut wider) = beyond.freed_on(guess, &refitted.model) else { return Ok(None) };
+        if round == 0 && wider.promises_little(&compared.refitted, tangents) {
+            return Ok(None);
+        }
+        let freed = compare_from(&mut wider, &given, &before)?;
+        wider.draw_input_errors(&freed.refitted);
+        if is_adequate(&wider.adequacies(&freed.refitted_on_all, &freed.floors), options) {
+            return Ok(Some((wider, freed)));
+        }
+        if !has_moved(&before.refitted, &freed.refitted) {
+            return Ok(None);
+        }
+        before = freed;
+    }
+    Ok(None)
+}
+
+/// A refit has moved where a parameter has by this share.
+const MOVED: f64 = 0.002;
+
+fn has_moved(before: &Fitted, after: &Fitted) -> bool {
+    after.free.iter().zip(&after.values).any(|(parameter, value)| {
+        let there = before.hypothesis.model.parameter(&parameter.path).unwrap_or(parameter.given);
+        (parameter.to_search(*value) - parameter.to_search(there)).abs() > MOVED
+    })
+}
+
+/// A guess is not tried where, one step of a fit ahead, it leaves more than this many squares of the noise ...
+const FAR_FROM_NOISE: f64 = 4.0;
+/// ... and more than this share of what was left without it.
+const STILL_THERE: f64 = 0.05;
+
+impl Study {
+    /// Whether what it frees would leave nearly as much as was left without it, far more than noise;
+    /// `tangents` are those of the fit without it.
+    fn promises_little(&self, before: &Fitted, tangents: &[Vec<f64>]) -> bool {
+        let stack = self.stack(Role::Train);
+        let Some(records) = stack.evaluate(&before.hypothesis, &before.initial_states()) else { return true };
+        let mut left: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
+        let mut basis = Orthonormal::default();
+        for column in tangents {
+            let mut own = column.clone();
+            let mut start = 0;
+            for fit in &records {
+                let end = start + fit.residuals.len();
+                fit.nuisances.remove_from(&mut own[start..end]);
+                start = end;
+            }
+            basis.push(own);
+        }
+        basis.remove_from(&mut left);
+        let square = dot(&left, &left);
+        square > FAR_FROM_NOISE * stack.present() as f64 && square > STILL_THERE * before.sum_of_squares
+    }
 }
 
 /// Guesses that were not made, and what is said where they are right; none where the model says what its

@@ -7,7 +7,9 @@
 //! base, whatever moves that. Which share of each no model without those modes says, and the machine is as
 //! linear with them as without.
 
-use stillbeam_plant::{BeamSignal, Model};
+use std::f64::consts::TAU;
+
+use stillbeam_plant::{BeamSignal, Model, StateSpace};
 
 use crate::record::Record;
 
@@ -18,16 +20,55 @@ const OF_A_PERIOD: f64 = 1.0 / 16.0;
 /// The columns at the record's stamps, of unit size: what drives, its first and its second derivative. `None`
 /// where nothing drives the record, or not much.
 pub(crate) fn remainder(record: &Record, model: &Model, fastest_hz: Option<f64>) -> Option<Vec<Vec<f64>>> {
-    let input = record.input.as_ref().filter(|_| !record.rerun.is_in_loop())?;
     let stride = stride(record, fastest_hz);
+    let drive = drive(record, model, stride)?;
+    let columns = [difference(&drive, stride), second_difference(&drive, stride)];
+    std::iter::once(drive).chain(columns).map(of_unit_size).collect()
+}
+
+/// The columns that every mode of a refitted `model` adds to those of [`remainder`]: what it does under what
+/// drives.
+pub(crate) fn shares(record: &Record, model: &Model, fastest_hz: Option<f64>) -> Option<Vec<Vec<f64>>> {
+    let drive = drive(record, model, stride(record, fastest_hz))?;
+    let modes = StateSpace::new(model).ok()?.natural_modes().ok()?;
+    let ringing = modes.into_iter().filter(|(hz, ratio)| *hz > 0.0 && (0.0..1.0).contains(ratio));
+    let columns = ringing.map(|(hz, ratio)| of_unit_size(driven(hz, ratio, &record.time_s, &drive)));
+    columns.collect()
+}
+
+/// What drives the modes, at the record's stamps, to any scale.
+fn drive(record: &Record, model: &Model, stride: usize) -> Option<Vec<f64>> {
+    let input = record.input.as_ref().filter(|_| !record.rerun.is_in_loop())?;
     let drive = if model.input_is_motion() || matches!(model, Model::BeamOnBase(_)) {
         let moved = base_motion(record, model)?.unwrap_or_else(|| input.clone());
         second_difference(&moved, stride)
     } else {
         input.clone()
     };
-    let columns = [difference(&drive, stride), second_difference(&drive, stride)];
-    std::iter::once(drive).chain(columns).map(of_unit_size).collect()
+    Some(drive)
+}
+
+/// A mode `q'' + 2zwq' + w²q = s` at the stamps, from rest; `s` goes in straight lines from stamp to stamp,
+/// along which `q = s/w² - 2z s'/w³` is the motion that rings nowhere.
+fn driven(frequency_hz: f64, damping_ratio: f64, time_s: &[f64], drive: &[f64]) -> Vec<f64> {
+    let omega = TAU * frequency_hz;
+    let decay_per_s = damping_ratio * omega;
+    let damped = omega * (1.0 - damping_ratio * damping_ratio).sqrt();
+    let (mut q, mut v) = (0.0, 0.0);
+    let mut found = vec![0.0];
+    for (time, s) in time_s.windows(2).zip(drive.windows(2)) {
+        let step_s = time[1] - time[0];
+        let slope = (s[1] - s[0]) / step_s;
+        let smooth = |s: f64| s / omega.powi(2) - 2.0 * damping_ratio * slope / omega.powi(3);
+        let smooth_v = slope / omega.powi(2);
+        let (x, w) = (q - smooth(s[0]), v - smooth_v);
+        let (sine, cosine) = (damped * step_s).sin_cos();
+        let fallen = (-decay_per_s * step_s).exp();
+        q = smooth(s[1]) + fallen * (x * cosine + (w + decay_per_s * x) / damped * sine);
+        v = smooth_v + fallen * (w * cosine - (decay_per_s * w + omega * omega * x) / damped * sine);
+        found.push(q);
+    }
+    found
 }
 
 fn of_unit_size(column: Vec<f64>) -> Option<Vec<f64>> {

@@ -15,7 +15,7 @@ use crate::fit::Fitted;
 use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::record::Record;
-use crate::remainder::remainder;
+use crate::remainder::{remainder, shares};
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
@@ -394,6 +394,24 @@ impl Study {
         let mut study = self.clone();
         for record in study.train.iter_mut().chain(&mut study.held_out) {
             record.remainder = remainder(record, model, self.fastest_hz)?;
+        }
+        Some(study)
+    }
+
+    /// The same recordings with nothing beyond the model freed.
+    pub(crate) fn without_remainders(&self) -> Self {
+        let mut study = self.clone();
+        for record in study.train.iter_mut().chain(&mut study.held_out) {
+            record.remainder.clear();
+        }
+        study
+    }
+
+    /// With what modes beyond the model add, and how much of every mode of the model an output shows.
+    pub(crate) fn with_shares(&self, model: &Model) -> Option<Self> {
+        let mut study = self.with_remainders(model)?;
+        for record in study.train.iter_mut().chain(&mut study.held_out) {
+            record.remainder.extend(shares(record, model, self.fastest_hz)?);
         }
         Some(study)
     }

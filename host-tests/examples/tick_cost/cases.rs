@@ -221,6 +221,8 @@ impl Case {
             quiet(0, "off", Motion::Move),
             quiet(2, "zvdd", Motion::Move),
             quiet(2, "zvdd", Motion::Sweep),
+            quiet(2, "zvdd", Motion::StepDir),
+            quiet(2, "zvdd", Motion::Saturated),
             Self { modes: 1, shaper: FLAT_MOST, streams: true, motion: Motion::WiredHandover },
         ]
     }

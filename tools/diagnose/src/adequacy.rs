@@ -103,11 +103,19 @@ impl Adequacy {
         })
     }
 
-    /// The floor is itself an estimate: a tenth of power is left to it.
+    /// The floor is itself an estimate: a tenth of power is left to it. Nor is a sensor as quiet in every
+    /// recording: what is as white as its noise, and not much louder, is noise.
     pub(crate) fn power_holds(&self, sought: Sought) -> bool {
-        self.power_ratio < 1.1 || self.power_z < 0.0 || two_sided_normal(self.power_z) > sought.significance
+        let is_louder_noise = self.power_ratio < LOUDER_NOISE && self.whiteness_p > sought.significance;
+        self.power_ratio < 1.1
+            || self.power_z < 0.0
+            || is_louder_noise
+            || two_sided_normal(self.power_z) > sought.significance
     }
 }
+
+/// A sensor's noise has at most so many times the power in one recording that it has where it was measured.
+const LOUDER_NOISE: f64 = 2.0;
 
 /// Share of the noise's power that may be more than noise, at 95 % certainty: of all series together, each by
 /// its floor.
@@ -230,10 +238,22 @@ mod tests {
 
     #[test]
     fn a_floor_that_was_seen_in_few_samples_may_be_too_low() {
-        let over = |floor: (f64, f64)| series_over(floor, 4, 0.0, |_, _| 0.0).power_holds(SOUGHT);
+        // A little colour, so that more of it is not taken for a louder sensor.
+        let over = |floor: (f64, f64)| series_over(floor, 4, 0.3, |_, _| 0.0).power_holds(SOUGHT);
         assert!(over((0.93, 300.0)), "three hundred samples are 8 % sure of a power");
         assert!(!over((0.93, 6000.0)));
         assert!(!over((0.7, 300.0)), "and no more than that");
+    }
+
+    #[test]
+    fn noise_that_is_louder_in_one_recording_is_noise_and_a_shaken_machine_is_not() {
+        let loud = |rho: f64, floor: f64| {
+            let held = (0..20).filter(|seed| series_over((floor, 1e6), *seed, rho, |_, _| 0.0).holds(SOUGHT));
+            held.count()
+        };
+        assert!(loud(0.0, 0.85) >= 19, "{}", loud(0.0, 0.85));
+        assert_eq!(loud(0.0, 0.6), 0, "three times the power is no other day's noise");
+        assert_eq!(loud(0.95, 0.75), 0, "a machine colours what shakes it");
     }
 
     #[test]

@@ -10,10 +10,11 @@ use stillbeam_recording::Role;
 
 use crate::adequacy::is_adequate;
 use crate::between_samples::BetweenSamples;
-use crate::comparison::{Compared, compare_from};
+use crate::comparison::{Compared, compare_from, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::options::Options;
+use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 
@@ -107,12 +108,21 @@ fn explained(
         if round == 0 && wider.promises_little(&compared.refitted, tangents) {
             return Ok(None);
         }
-        let freed = compare_from(&mut wider, &given, &before)?;
+        let mut freed = compare_from(&mut wider, &given, &before)?;
+        let floors = wider.floors(&freed.refitted_on_all);
+        if wider.much_lower(&floors, &freed.floors) {
+            freed = settle(&mut wider, &given, &freed.refitted, floors)?;
+        }
+        // Free shares do the work of every mode as well as the model does, which may then go anywhere.
+        let as_known = |parameter: &FreeParameter| parameter.known_within().ln();
+        if beyond.depends_on_the_refit() && farthest(&before.refitted, &freed.refitted, as_known) > ASTRAY {
+            return Ok(None);
+        }
         wider.draw_input_errors(&freed.refitted);
         if is_adequate(&wider.adequacies(&freed.refitted_on_all, &freed.floors), options) {
             return Ok(Some((wider, freed)));
         }
-        if !has_moved(&before.refitted, &freed.refitted) {
+        if farthest(&before.refitted, &freed.refitted, |_| 1.0) < SETTLED {
             return Ok(None);
         }
         before = freed;
@@ -120,14 +130,18 @@ fn explained(
     Ok(None)
 }
 
-/// A refit has moved where a parameter has by this share.
-const MOVED: f64 = 0.002;
+/// A refit has settled where no parameter moves by this share any more, ...
+const SETTLED: f64 = 0.002;
+/// ... and is off the way where one moves at once by so many times what it is known to.
+const ASTRAY: f64 = 2.0;
 
-fn has_moved(before: &Fitted, after: &Fitted) -> bool {
-    after.free.iter().zip(&after.values).any(|(parameter, value)| {
+/// By how many of these units the logarithm of the parameter moved that moved most.
+fn farthest(before: &Fitted, after: &Fitted, unit: impl Fn(&FreeParameter) -> f64) -> f64 {
+    let moved = after.free.iter().zip(&after.values).map(|(parameter, value)| {
         let there = before.hypothesis.model.parameter(&parameter.path).unwrap_or(parameter.given);
-        (parameter.to_search(*value) - parameter.to_search(there)).abs() > MOVED
-    })
+        (parameter.to_search(*value) - parameter.to_search(there)).abs() / unit(parameter)
+    });
+    moved.fold(0.0, f64::max)
 }
 
 /// A guess is not tried where, one step of a fit ahead, it leaves more than this many squares of the noise ...

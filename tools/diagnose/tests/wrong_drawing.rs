@@ -29,7 +29,7 @@ fn machine(mass: [f64; 2], stiffness: [f64; 2], damping: [f64; 2]) -> Model {
     Model::from_toml("machine.toml", &text).unwrap()
 }
 
-/// A sweep at 200 Hz through both modes, read with noise of 0.1 mm.
+/// A sweep at 200 Hz through both modes, with noise of half a per cent of each output's root mean square.
 fn sweep(truth: &Model, [from_hz, to_hz]: [f64; 2], random: &mut Xoshiro256PlusPlus) -> Recording {
     let time_s: Vec<f64> = (0..5000).map(|k| 0.005 * f64::from(k)).collect();
     let growth = (to_hz / from_hz).ln() / 25.0;
@@ -40,9 +40,10 @@ fn sweep(truth: &Model, [from_hz, to_hz]: [f64; 2], random: &mut Xoshiro256PlusP
     let mut read = Recording::new("sweep", time_s).with_column("force_N", force);
     for column in ["slider_position_m", "load_position_m"] {
         let samples = moved.column(column).unwrap();
+        let rms = (samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64).sqrt();
         let mut noisy = |x: &f64| {
             let draw: f64 = StandardNormal.sample(random);
-            x + 1e-4 * draw
+            x + 0.005 * rms * draw
         };
         read = read.with_column(column, samples.iter().map(&mut noisy).collect());
     }

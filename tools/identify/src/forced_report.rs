@@ -71,6 +71,13 @@ pub(crate) fn report(
     let mut modes: Vec<IdentifiedMode> =
         (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    for dependence in &chosen.dependences {
+        let away =
+            |mode: &&mut IdentifiedMode| (mode.frequency_hz.value / dependence.mean.frequency_hz).ln().abs();
+        if let Some(mode) = modes.iter_mut().min_by(|a, b| away(a).total_cmp(&away(b))) {
+            mode.go_with_amplitude(dependence.points.clone(), dependence.changes.clone());
+        }
+    }
     let opinions = opinions(model, &refined, starts, cross_checks);
     for mode in modes.iter_mut().filter(|_| cross_checks) {
         mode.cross_checks.extend(opinions.of(mode));
@@ -126,7 +133,7 @@ pub(crate) fn report(
     };
     let delay = 2 * model.modes;
     let first = &model.records[0];
-    let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
+    let fitted = first.with_taken_out(first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e));
     Ok(IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes).and_near(&not_linear),
@@ -167,7 +174,7 @@ pub(crate) fn report(
         warnings: merged(warnings),
         fit: FitTrace {
             time_s: first.time_s.iter().map(|t| t + first.origin_s).collect(),
-            measured: first.output.clone(),
+            measured: first.with_taken_out(first.output.iter().copied()),
             fitted,
         },
     })
@@ -229,7 +236,7 @@ fn record_fit(
         rows: rows.len(),
         offset: Estimate { value: refined.coefficients[offset], stderr: refined.coefficient_stderr(offset) },
         residual_rms,
-        fit_percent: fit_percent(&record.output, residual_rms),
+        fit_percent: fit_percent(&record.with_taken_out(record.output.iter().copied()), residual_rms),
         window_s: ends.map(|end| end.map_or(0.0, |t| t + record.origin_s)),
     }
 }

@@ -6,6 +6,7 @@
 //! would stand in for them; at the end whatever has become unnecessary is taken out again. A mode that is
 //! refused for what it is hides no other: the search goes on beside it.
 
+use crate::amplitude_law::{Dependence, again, dependence, may_depend, nearest_mode};
 use crate::error::IdentifyError;
 use crate::forced_fit::{ForcedOptions, MAX_MODES};
 use crate::forced_model::{ForcedModel, MAX_DAMPING, pole};
@@ -25,6 +26,12 @@ pub(crate) struct Chosen<'r> {
     pub(crate) rejected: Vec<Rejected>,
     /// Where one mode does not explain what the structure does, and no second one may.
     pub(crate) not_linear: Vec<NotLinear>,
+    /// Modes that were found to go with their amplitude; the records are without what that makes of them.
+    pub(crate) dependences: Vec<Dependence>,
+    /// One more of them, or a better one in place of one of them, with which the choice has to begin anew.
+    pub(crate) new_dependence: Option<(Option<usize>, Dependence)>,
+    /// Whether any may be looked for.
+    looks_for_more: bool,
     /// What was done to the records.
     pub(crate) remarks: Vec<Rejected>,
 }
@@ -37,6 +44,8 @@ enum Added {
     NothingLeft,
     /// What was found at this frequency, Hz, is no mode; others may be.
     NotThere(f64),
+    /// It would stand in for a mode that goes with its amplitude.
+    GoesWithAmplitude,
 }
 
 /// Refusals in a row after which the search ends.
@@ -46,6 +55,10 @@ const REFUSALS: usize = 3;
 const SHARE_OF_A_MODE: f64 = 0.05;
 /// What a delay or a direct share must explain of it.
 const SHARE_OF_A_DETAIL: f64 = 0.02;
+/// Share of what a second mode within the band of another explains that a dependence on amplitude must.
+const MOST_OF_A_TWIN: f64 = 0.8;
+/// How far apart two modes of a structure that goes with its amplitude are one.
+const WITHIN_THE_PEAK: f64 = 0.25;
 /// A mode without which this many times as much is left needs no confirmation.
 const CERTAIN: f64 = 50.0;
 /// Residuals 80 dB below the output are what interpolating the input between its samples leaves, not modes.
@@ -56,6 +69,7 @@ pub(crate) fn choose<'r>(
     records: &'r [ForcedRecord],
     starts: &Starts,
     options: &ForcedOptions,
+    (dependences, looks_for_more): (Vec<Dependence>, bool),
 ) -> Result<Chosen<'r>, IdentifyError> {
     let model = ForcedModel {
         records,
@@ -76,6 +90,9 @@ pub(crate) fn choose<'r>(
         steps: Vec::new(),
         rejected: Vec::new(),
         not_linear: Vec::new(),
+        dependences,
+        new_dependence: None,
+        looks_for_more: looks_for_more && records.iter().all(|record| !record.quieted),
         remarks: Vec::new(),
     };
     let mut refused_hz = Vec::new();
@@ -85,6 +102,7 @@ pub(crate) fn choose<'r>(
             Added::Yes => chosen.try_details(starts),
             Added::NotThere(hz) if refused_hz.len() < REFUSALS => refused_hz.push(hz),
             Added::NotThere(_) | Added::NothingLeft => break,
+            Added::GoesWithAmplitude => return Ok(chosen),
         }
     }
     chosen.drop_idle_details(starts);
@@ -92,6 +110,7 @@ pub(crate) fn choose<'r>(
     if options.modes.is_none() && chosen.prune() {
         chosen.finish();
     }
+    chosen.new_dependence = chosen.dependence_that_matters();
     let found = chosen.model.modes;
     match options.modes {
         Some(requested) if found < requested => Err(IdentifyError::TooFewPeaks {
@@ -281,6 +300,9 @@ impl Chosen<'_> {
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
         let refusal = not_sensible(&wider, &found, starts);
+        if refusal.is_none() && !asked_for && self.stands_in_for_amplitude(&found, new) {
+            return Added::GoesWithAmplitude;
+        }
         let undetermined = if refusal.is_none() { not_determined(&wider, &found) } else { None };
         if undetermined.is_some() && self.model.delay && self.model.real_pole {
             // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine
@@ -290,7 +312,10 @@ impl Chosen<'_> {
                 return self.add_mode(starts, asked_for, refused_hz);
             }
         }
-        let refusal = refusal.or(undetermined).or_else(|| self.no_mode(&wider, &found, asked_for));
+        let explained = self.minimum.sum_of_squares - found.sum_of_squares;
+        let beside = || self.beside_a_dependence(new, explained, asked_for);
+        let refusal = refusal.or(undetermined).or_else(beside);
+        let refusal = refusal.or_else(|| self.no_mode(&wider, &found, asked_for));
         let parameters = 2 + wider.columns_per_mode();
         let kept = self.weigh(what, wider, found, parameters, SHARE_OF_A_MODE, refusal.clone());
         if !kept && let Some(step) = self.steps.last() {
@@ -309,6 +334,75 @@ impl Chosen<'_> {
             (false, Some(_)) => Added::NotThere(new.frequency_hz),
             (false, None) => Added::NothingLeft,
         }
+    }
+
+    /// Whether one mode that goes with its amplitude explains more than a further mode beside it.
+    fn stands_in_for_amplitude(&mut self, wide: &Minimum<Projected>, new: Pole) -> bool {
+        if !self.looks_for_more {
+            return false;
+        }
+        let Some(mode) = nearest_mode(&self.model, &self.minimum, new.frequency_hz) else { return false };
+        let own = pole(&self.minimum.parameters, mode);
+        let before = self.minimum.sum_of_squares;
+        // A second mode within the first one's band brings three more numbers.
+        let enough = if apart(own, new) < 1.0 { MOST_OF_A_TWIN } else { 1.0 };
+        let explains_more =
+            |one: &Dependence| before - one.sum_of_squares > enough * (before - wide.sum_of_squares);
+        let known = self.dependences.iter().position(|known| known.is_near(own.frequency_hz));
+        let found = match known {
+            Some(index) => again(&self.model, &self.minimum, mode, &self.dependences[index]),
+            None => dependence(&self.model, &self.minimum, mode),
+        };
+        let found = found.filter(|one| !one.changes.is_empty() && explains_more(one));
+        self.new_dependence = found.map(|found| (known, found));
+        self.new_dependence.is_some()
+    }
+
+    /// Why a mode beside one that goes with its amplitude is none.
+    fn beside_a_dependence(&self, new: Pole, explained: f64, asked_for: bool) -> Option<String> {
+        let hz = new.frequency_hz;
+        let twin = self.poles().into_iter().find(|own| apart(*own, new) < WITHIN_THE_PEAK);
+        if let Some(own) = twin.filter(|_| !asked_for && !self.dependences.is_empty()) {
+            return Some(format!(
+                "it is within the peak of the mode at {:.4} Hz, and the structure goes with its amplitude: it stands in for that",
+                own.frequency_hz
+            ));
+        }
+        let is_its = |known: &&Dependence| known.is_near(hz) || explained < known.missed_near(hz);
+        let known = self.dependences.iter().find(is_its)?;
+        let has_own = self.poles().iter().any(|pole| known.is_near(pole.frequency_hz));
+        (has_own && !asked_for).then(|| {
+            format!(
+                "it is beside the mode at {:.4} Hz, which goes with its amplitude: it stands in for what is left of that",
+                known.mean.frequency_hz
+            )
+        })
+    }
+
+    /// The first mode of the complete fit that goes with its amplitude, clearly and enough to matter.
+    fn dependence_that_matters(&self) -> Option<(Option<usize>, Dependence)> {
+        if self.is_explained() || !self.looks_for_more {
+            return None;
+        }
+        let matters = |one: &Dependence| {
+            let (before, after) = (self.minimum.sum_of_squares, one.sum_of_squares);
+            let share = 1.0 - after / before.max(f64::MIN_POSITIVE);
+            !one.changes.is_empty()
+                && share > SHARE_OF_A_MODE
+                && evidence(before, after, self.rows(), 2) > 10.0
+        };
+        (0..self.model.modes).find_map(|mode| {
+            let hz = pole(&self.minimum.parameters, mode).frequency_hz;
+            let known = self.dependences.iter().position(|known| known.is_near(hz));
+            let found = match known {
+                Some(index) => again(&self.model, &self.minimum, mode, &self.dependences[index]),
+                None if may_depend(&self.model, &self.minimum, mode) => {
+                    dependence(&self.model, &self.minimum, mode)
+                }
+                None => None,
+            };
+            found.filter(matters).map(|found| (known, found))
+        })
     }
 
     /// Why the last mode of a wider fit is none of the structure's, if it is none: for what it is, or because
@@ -453,6 +547,12 @@ impl Chosen<'_> {
         }
         kept
     }
+}
+
+/// How far apart the frequencies of two modes are, as a share of the halves of their half-power bands together.
+fn apart(a: Pole, b: Pole) -> f64 {
+    (a.frequency_hz - b.frequency_hz).abs()
+        / (a.damping_ratio * a.frequency_hz + b.damping_ratio * b.frequency_hz)
 }
 
 /// What held-out parts of the record say of a mode that explains a share of the whole.

@@ -149,8 +149,14 @@ impl IdentifiedMode {
     /// Gives the mode its course over amplitude, what changes there by more than `clear` standard errors
     /// (`None` where nothing is known to change), and the box.
     pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>, clear: Option<f64>) -> Self {
-        self.amplitude_changes =
-            clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();
+        let changes = clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();
+        self.go_with_amplitude(points, changes);
+        self
+    }
+
+    /// Gives the mode its course over amplitude, what changes there, and the box that holds both.
+    pub(crate) fn go_with_amplitude(&mut self, points: Vec<AmplitudePoint>, changes: Vec<AmplitudeChange>) {
+        self.amplitude_changes = changes;
         self.by_amplitude = points;
         let mut area = UncertaintyBox::of(&self.frequency_hz, &self.damping_ratio);
         for change in &self.amplitude_changes {
@@ -163,7 +169,6 @@ impl IdentifiedMode {
             }
         }
         self.uncertainty_box = area;
-        self
     }
 
     /// Warnings about the dependence on amplitude, weakness and aliasing.

@@ -29,6 +29,14 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// Without its unit, for changes in per cent.
+    pub(crate) fn plain_words(self) -> &'static str {
+        match self {
+            Self::FrequencyHz => "frequency",
+            Self::DampingRatio => "damping ratio",
+        }
+    }
+
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::FrequencyHz => "frequency (Hz)",
@@ -451,8 +459,10 @@ impl WarningKind {
                 small_amplitude,
                 large_amplitude,
             } => format!(
-                "mode at {mode_hz:.4} Hz: its {} goes from {small:.6} at amplitude {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart: the structure is not linear; `stillbeam diagnose` looks for the reason",
-                quantity.words(),
+                "not linear near {mode_hz:.3} Hz: the {} {} with amplitude by {:.2} %, from {small:.6} at {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart; `stillbeam diagnose` looks for the reason",
+                quantity.plain_words(),
+                if large < small { "falls" } else { "rises" },
+                100.0 * (large / small - 1.0).abs(),
                 (small - large).abs() / stderr
             ),
             Self::FromPowerSpectrum { what, line_hz } => format!(

@@ -1,0 +1,112 @@
+//! Records with an input of machines one of whose modes goes with its amplitude: one mode each, and "not
+//! linear" said, never of a machine that is linear. `STILLBEAM_SEEDS` sets how many machines each cell of the
+//! grid gets; with `STILLBEAM_EACH` every wrong one gets a line.
+
+mod synthetic;
+
+use stillbeam_identify::{ForcedOptions, IdentifiedModes, LinearityVerdict, identify_forced};
+use stillbeam_recording::Recording;
+use synthetic::amplitude::{CHANGES, Case, Change, DRIVES, Machine};
+
+const RATIOS: [f64; 3] = [1.35, 2.7, 6.3];
+
+fn seeds(usual: u64) -> u64 {
+    std::env::var("STILLBEAM_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
+
+fn identified(recording: &Recording, input: &str) -> IdentifiedModes {
+    let options = ForcedOptions {
+        cross_checks: false,
+        max_delay_s: 0.05,
+        ..ForcedOptions::new(input, "tip_deflection_m")
+    };
+    identify_forced(recording, &options).unwrap()
+}
+
+/// Records with the right modes, records called not linear, and all.
+#[derive(Default, Debug, Clone, Copy)]
+struct Tally {
+    right: usize,
+    not_linear: usize,
+    all: usize,
+}
+
+impl Tally {
+    fn take(&mut self, machine: &Machine) {
+        let case = machine.case();
+        let begin = std::time::Instant::now();
+        let found = identified(&case.recording, "force_N");
+        let not_linear = found.linearity.verdict == LinearityVerdict::NotLinear;
+        let right = is_right(&case, machine, &found);
+        self.all += 1;
+        self.right += usize::from(right);
+        self.not_linear += usize::from(not_linear);
+        if std::env::var_os("STILLBEAM_EACH").is_some()
+            && (!right || not_linear != (machine.change_pct > 0.0))
+        {
+            let modes: Vec<String> = found
+                .modes
+                .iter()
+                .map(|m| format!("{:.4}/{:.4}", m.frequency_hz.value, m.damping_ratio.value))
+                .collect();
+            eprintln!(
+                "{machine:?}\n  truth {:?} {:?}\n  {modes:?} {} ({:.1} s)",
+                case.frequencies_hz,
+                case.damping_ratios,
+                found.linearity.statement,
+                begin.elapsed().as_secs_f64()
+            );
+        }
+    }
+}
+
+/// One mode each; that which goes with its amplitude by any frequency that it has.
+fn is_right(case: &Case, machine: &Machine, found: &IdentifiedModes) -> bool {
+    let reach = [0.01 * machine.change_pct + 0.003, 0.003];
+    let is = |mode: usize, hz: f64| (hz / case.frequencies_hz[mode] - 1.0).abs() < reach[mode];
+    found.modes.len() == 2 && (0..2).all(|mode| is(mode, found.modes[mode].frequency_hz.value))
+}
+
+fn grid(change_pct: f64, changes: &[Change], noises_pct: &[f64], seeds: u64) -> Tally {
+    let mut all = Tally::default();
+    for (&noise_pct, number) in noises_pct.iter().zip(0_u64..) {
+        for &change in changes {
+            for drive in DRIVES {
+                let mut tally = Tally::default();
+                for seed in 0..seeds {
+                    let ratio = RATIOS[(seed as usize + drive as usize) % RATIOS.len()];
+                    let seed = 100 * seed + 10 * number + drive as u64;
+                    tally.take(&Machine { drive, change, change_pct, noise_pct, ratio, seed });
+                }
+                println!("{change_pct} %, noise {noise_pct} %, {change:?}, {drive:?}: {tally:?}");
+                all.all += tally.all;
+                all.right += tally.right;
+                all.not_linear += tally.not_linear;
+            }
+        }
+    }
+    println!("{change_pct} %: {all:?}");
+    all
+}
+
+#[test]
+fn a_linear_machine_has_its_modes_and_is_never_called_not_linear() {
+    let all = grid(0.0, &[Change::Softens], &[0.0, 0.3, 2.0], seeds(1));
+    assert_eq!(all.not_linear, 0, "{all:?}");
+    assert_eq!(all.right, all.all, "{all:?}");
+}
+
+#[test]
+fn a_mode_that_goes_with_its_amplitude_is_one_and_told() {
+    for (change_pct, noises_pct) in [(3.0, [0.0]), (10.0, [0.3])] {
+        let all = grid(change_pct, &CHANGES, &noises_pct, seeds(1));
+        assert!(all.right * 10 >= all.all * 9, "{all:?}");
+        assert!(all.not_linear * 10 >= all.all * 9, "{all:?}");
+    }
+}
+
+#[test]
+fn a_change_of_a_hundredth_makes_no_second_mode() {
+    let all = grid(1.0, &CHANGES, &[2.0], seeds(1));
+    assert!(all.right * 10 >= all.all * 9, "{all:?}");
+}

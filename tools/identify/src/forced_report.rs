@@ -404,15 +404,7 @@ mod tests {
             |parameter: Parameter| Parameter { lower: parameter.start, upper: parameter.start, ..parameter };
         let fixed: Vec<Parameter> = model.parameters(&poles, 0.0, None).into_iter().map(stay).collect();
         let minimum = fit(&model, &fixed).unwrap();
-        let chosen = Chosen {
-            model,
-            minimum,
-            steps: Vec::new(),
-            rejected: Vec::new(),
-            not_linear: Vec::new(),
-            remarks: Vec::new(),
-        };
-        report(&chosen, &Starts::new(&records), false)
+        report(&Chosen::new(model, minimum), &Starts::new(&records), false)
     }
 
     #[test]

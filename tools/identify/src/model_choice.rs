@@ -85,15 +85,9 @@ pub(crate) fn choose<'r>(
         column: column.clone(),
     })?;
     let mut chosen = Chosen {
-        model,
-        minimum,
-        steps: Vec::new(),
-        rejected: Vec::new(),
-        not_linear: Vec::new(),
         dependences,
-        new_dependence: None,
         looks_for_more: looks_for_more && records.iter().all(|record| !record.quieted),
-        remarks: Vec::new(),
+        ..Chosen::new(model, minimum)
     };
     let mut refused_hz = Vec::new();
     while chosen.model.modes < options.modes.unwrap_or(MAX_MODES) && !chosen.is_explained() {
@@ -134,6 +128,23 @@ pub(crate) fn names(records: &[ForcedRecord]) -> String {
 fn evidence(before: f64, after: f64, rows: usize, parameters: usize) -> f64 {
     let n = rows as f64;
     n * (before / after.max(f64::MIN_POSITIVE)).ln() - parameters as f64 * n.ln()
+}
+
+impl<'r> Chosen<'r> {
+    /// A model and its fit, of which nothing more is known.
+    pub(crate) fn new(model: ForcedModel<'r>, minimum: Minimum<Projected>) -> Self {
+        Self {
+            model,
+            minimum,
+            steps: Vec::new(),
+            rejected: Vec::new(),
+            not_linear: Vec::new(),
+            dependences: Vec::new(),
+            new_dependence: None,
+            looks_for_more: false,
+            remarks: Vec::new(),
+        }
+    }
 }
 
 impl Chosen<'_> {

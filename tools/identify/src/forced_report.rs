@@ -78,6 +78,7 @@ pub(crate) fn report(
             mode.go_with_amplitude(dependence.points.clone(), dependence.changes.clone());
         }
     }
+    let changes = told_changes(chosen, &mut modes);
     let opinions = opinions(model, &refined, starts, cross_checks);
     for mode in modes.iter_mut().filter(|_| cross_checks) {
         mode.cross_checks.extend(opinions.of(mode));
@@ -89,7 +90,10 @@ pub(crate) fn report(
     }
     let mut rejected = chosen.rejected.clone();
     rejected.extend(chosen.remarks.iter().cloned());
-    let not_linear = not_linear_warnings(chosen);
+    let not_linear: Vec<Warning> = match changes.is_empty() {
+        true => not_linear_warnings(chosen),
+        false => changes,
+    };
     rejected.extend(opinions.rejected(&modes));
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
     let span = span(model, &chosen.minimum);
@@ -178,6 +182,41 @@ pub(crate) fn report(
             fitted,
         },
     })
+}
+
+/// What changes modes in time, or with their amplitude or in time, each mode once; what their stretches seem to
+/// say of the amplitude is dropped there, and their boxes hold all that they go through.
+fn told_changes(chosen: &Chosen<'_>, modes: &mut [IdentifiedMode]) -> Vec<Warning> {
+    let mut told = Vec::new();
+    let mut hit = vec![false; modes.len()];
+    let in_time = chosen.in_time.iter().rev().map(|one| {
+        let warning = WarningKind::NotConstantNear {
+            before_hz: one.before.frequency_hz,
+            after_hz: one.after.frequency_hz,
+            before_damping: one.before.damping_ratio,
+            after_damping: one.after.damping_ratio,
+            at_s: one.at_s,
+        };
+        (vec![one.before, one.after], warning)
+    });
+    let unclear = chosen.dependences.iter().filter(|one| one.is_unclear).map(|one| {
+        let poles = one.points.iter().map(|point| Pole {
+            frequency_hz: point.frequency_hz.value,
+            damping_ratio: point.damping_ratio.value,
+        });
+        (poles.collect(), WarningKind::NotLinearOrNotConstantNear { frequency_hz: one.mean.frequency_hz })
+    });
+    for (poles, warning) in unclear.chain(in_time) {
+        let Some(first) = poles.first() else { continue };
+        let away = |k: &usize| (modes[*k].frequency_hz.value / first.frequency_hz).ln().abs();
+        let Some(nearest) = (0..modes.len()).min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
+        if std::mem::replace(&mut hit[nearest], true) {
+            continue;
+        }
+        modes[nearest].hold(&poles);
+        told.push(Warning::from(warning));
+    }
+    told
 }
 
 /// Where the choice found what no further mode may explain; each place once, the worst first.

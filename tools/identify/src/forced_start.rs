@@ -153,9 +153,14 @@ impl Spectral {
     }
 }
 
-/// Whether a frequency is one of those that were refused.
-pub(crate) fn is_refused(hz: f64, refused_hz: &[f64]) -> bool {
-    refused_hz.iter().any(|refused| (hz / refused).ln().abs() < AWAY_FROM_REFUSED)
+/// Whether a frequency lies in a band that was refused.
+pub(crate) fn is_refused(hz: f64, refused_hz: &[[f64; 2]]) -> bool {
+    refused_hz.iter().any(|[low, high]| (low..=high).contains(&&hz))
+}
+
+/// The band around a frequency that was refused, Hz.
+pub(crate) fn refused_band_hz(hz: f64) -> [f64; 2] {
+    [-AWAY_FROM_REFUSED, AWAY_FROM_REFUSED].map(|away| hz * away.exp())
 }
 
 /// How far, as a share of the frequency, a start keeps from what was refused.
@@ -189,13 +194,13 @@ impl Starts {
     }
 
     /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods'
-    /// modes and the scan's frequency with other dampings; none near a frequency that was refused.
+    /// modes and the scan's frequency with other dampings; none in a band that was refused.
     pub(crate) fn start_mode(
         &self,
         model: &ForcedModel,
         parameters: &[f64],
         residuals: &[f64],
-        refused_hz: &[f64],
+        refused_hz: &[[f64; 2]],
     ) -> Vec<Start> {
         let delay_s = model.delay_s(parameters);
         let thin = ForcedModel { records: &self.thinned, ..*model };

@@ -6,17 +6,20 @@
 //! would stand in for them; at the end whatever has become unnecessary is taken out again. A mode that is
 //! refused for what it is hides no other: the search goes on beside it.
 
-use crate::amplitude_law::{Dependence, again, dependence, may_depend, nearest_mode};
+use crate::amplitude_law::{
+    Change, Dependence, InTime, again, dependence, in_time, judged, may_depend, nearest_mode,
+};
 use crate::error::IdentifyError;
 use crate::forced_fit::{ForcedOptions, MAX_MODES};
 use crate::forced_model::{ForcedModel, MAX_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
-use crate::forced_start::{Starts, is_refused};
+use crate::forced_start::{Starts, is_refused, refused_band_hz};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::{InputKind, OutputQuantity, Pole};
 use crate::mode_gates::{NotLinear, held_out_sum, is_confirmed, refusal_of_last, refusal_within};
 use crate::result::{ModelStep, Rejected};
 use crate::separable::{Projected, fit, fit_covariance, fit_roughly, sum_of_squares_at};
+use crate::time_shifts::ClockJumps;
 
 /// A model and its fit, and how it came to be chosen.
 pub(crate) struct Chosen<'r> {
@@ -26,6 +29,8 @@ pub(crate) struct Chosen<'r> {
     pub(crate) rejected: Vec<Rejected>,
     /// Where one mode does not explain what the structure does, and no second one may.
     pub(crate) not_linear: Vec<NotLinear>,
+    /// Modes that change while the records run, by their place in the fit.
+    pub(crate) in_time: Vec<InTime>,
     /// Modes that were found to go with their amplitude; the records are without what that makes of them.
     pub(crate) dependences: Vec<Dependence>,
     /// One more of them, or a better one in place of one of them, with which the choice has to begin anew.
@@ -42,10 +47,18 @@ enum Added {
     Yes,
     /// Nothing is left that a mode would explain.
     NothingLeft,
-    /// What was found at this frequency, Hz, is no mode; others may be.
-    NotThere(f64),
+    /// What was found in this band, Hz, is no mode; others may be.
+    NotThere([f64; 2]),
     /// It would stand in for a mode that goes with its amplitude.
     GoesWithAmplitude,
+}
+
+/// What a further mode stands in for.
+enum StandsIn {
+    /// A mode that goes with its amplitude, which is known by now.
+    ForAmplitude,
+    /// Something else, in words.
+    For(String),
 }
 
 /// Refusals in a row after which the search ends.
@@ -94,7 +107,7 @@ pub(crate) fn choose<'r>(
         match chosen.add_mode(starts, options.modes.is_some(), &refused_hz) {
             Added::Yes if chosen.is_explained() => {}
             Added::Yes => chosen.try_details(starts),
-            Added::NotThere(hz) if refused_hz.len() < REFUSALS => refused_hz.push(hz),
+            Added::NotThere(band_hz) if refused_hz.len() < REFUSALS => refused_hz.push(band_hz),
             Added::NotThere(_) | Added::NothingLeft => break,
             Added::GoesWithAmplitude => return Ok(chosen),
         }
@@ -139,6 +152,7 @@ impl<'r> Chosen<'r> {
             steps: Vec::new(),
             rejected: Vec::new(),
             not_linear: Vec::new(),
+            in_time: Vec::new(),
             dependences: Vec::new(),
             new_dependence: None,
             looks_for_more: false,
@@ -286,7 +300,7 @@ impl Chosen<'_> {
     }
 
     /// Adds the best further mode away from those that were refused.
-    fn add_mode(&mut self, starts: &Starts, asked_for: bool, refused_hz: &[f64]) -> Added {
+    fn add_mode(&mut self, starts: &Starts, asked_for: bool, refused_hz: &[[f64; 2]]) -> Added {
         let known = self.poles();
         let delay_s = self.model.delay_s(&self.minimum.parameters);
         let wider = ForcedModel { modes: self.model.modes + 1, ..self.model };
@@ -311,9 +325,12 @@ impl Chosen<'_> {
         let new = pole(&found.parameters, self.model.modes);
         let what = format!("mode {} at {:.4} Hz, started from {from}", wider.modes, new.frequency_hz);
         let refusal = not_sensible(&wider, &found, starts);
-        if refusal.is_none() && !asked_for && self.stands_in_for_amplitude(&found, new) {
-            return Added::GoesWithAmplitude;
-        }
+        let stands_in = if refusal.is_none() && !asked_for { self.stands_in(&found, new) } else { None };
+        let refusal = match stands_in {
+            Some(StandsIn::ForAmplitude) => return Added::GoesWithAmplitude,
+            Some(StandsIn::For(what)) => Some(what),
+            None => refusal,
+        };
         let undetermined = if refusal.is_none() { not_determined(&wider, &found) } else { None };
         if undetermined.is_some() && self.model.delay && self.model.real_pole {
             // A delay is to first order a rate of every mode, which a real pole brings: nothing may determine
@@ -340,33 +357,59 @@ impl Chosen<'_> {
                 reason,
             });
         }
+        let around = self.dependences.iter().find_map(|known| known.surroundings_of(new.frequency_hz));
         match (kept, refusal) {
             (true, _) => Added::Yes,
-            (false, Some(_)) => Added::NotThere(new.frequency_hz),
+            (false, Some(_)) => Added::NotThere(around.unwrap_or(refused_band_hz(new.frequency_hz))),
             (false, None) => Added::NothingLeft,
         }
     }
 
-    /// Whether one mode that goes with its amplitude explains more than a further mode beside it.
-    fn stands_in_for_amplitude(&mut self, wide: &Minimum<Projected>, new: Pole) -> bool {
+    /// What a further mode would stand in for, where that explains more than it does: a mode that goes with its
+    /// amplitude, with which the choice has to begin anew, or something else, in words.
+    fn stands_in(&mut self, wide: &Minimum<Projected>, new: Pole) -> Option<StandsIn> {
         if !self.looks_for_more {
-            return false;
+            return None;
         }
-        let Some(mode) = nearest_mode(&self.model, &self.minimum, new.frequency_hz) else { return false };
+        let mode = nearest_mode(&self.model, &self.minimum, new.frequency_hz)?;
         let own = pole(&self.minimum.parameters, mode);
-        let before = self.minimum.sum_of_squares;
         // A second mode within the first one's band brings three more numbers.
         let enough = if apart(own, new) < 1.0 { MOST_OF_A_TWIN } else { 1.0 };
-        let explains_more =
-            |one: &Dependence| before - one.sum_of_squares > enough * (before - wide.sum_of_squares);
-        let known = self.dependences.iter().position(|known| known.is_near(own.frequency_hz));
-        let found = match known {
-            Some(index) => again(&self.model, &self.minimum, mode, &self.dependences[index]),
-            None => dependence(&self.model, &self.minimum, mode),
-        };
-        let found = found.filter(|one| !one.changes.is_empty() && explains_more(one));
-        self.new_dependence = found.map(|found| (known, found));
-        self.new_dependence.is_some()
+        let explained = self.minimum.sum_of_squares - wide.sum_of_squares;
+        let (known, change) = self.change_of(mode, enough * explained)?;
+        let hz = own.frequency_hz;
+        Some(match change {
+            Change::WithAmplitude(one) | Change::Unclear(one) => {
+                self.new_dependence = Some((known, *one));
+                StandsIn::ForAmplitude
+            }
+            Change::InTime(one) => {
+                self.in_time.push(one);
+                StandsIn::For(format!(
+                    "it is beside the mode at {hz:.4} Hz, which changes while the record runs: it stands in for that"
+                ))
+            }
+            Change::Clock => StandsIn::For(format!(
+                "it is beside the mode at {hz:.4} Hz, and samples that were lost explain more: it stands in for that"
+            )),
+        })
+    }
+
+    /// What changes a mode, where that explains more than a share of the sum of squares; with the place of the
+    /// dependence on amplitude that is known of it.
+    fn change_of(&self, mode: usize, least: f64) -> Option<(Option<usize>, Change)> {
+        let before = self.minimum.sum_of_squares;
+        let hz = pole(&self.minimum.parameters, mode).frequency_hz;
+        if let Some(index) = self.dependences.iter().position(|known| known.is_near(hz)) {
+            let found = again(&self.model, &self.minimum, mode, &self.dependences[index])?;
+            let change = if found.is_unclear { Change::Unclear } else { Change::WithAmplitude };
+            return (before - found.sum_of_squares > least).then(|| (Some(index), change(Box::new(found))));
+        }
+        let of_amplitude = dependence(&self.model, &self.minimum, mode);
+        let of_time = in_time(&self.model, &self.minimum, mode);
+        let clock = ClockJumps::of(&self.model, &self.minimum);
+        let (change, explained) = judged(before, of_amplitude, of_time, &clock)?;
+        (explained > least.max(0.0)).then_some((None, change))
     }
 
     /// Why a mode beside one that goes with its amplitude is none.
@@ -391,7 +434,7 @@ impl Chosen<'_> {
     }
 
     /// The first mode of the complete fit that goes with its amplitude, clearly and enough to matter.
-    fn dependence_that_matters(&self) -> Option<(Option<usize>, Dependence)> {
+    fn dependence_that_matters(&mut self) -> Option<(Option<usize>, Dependence)> {
         if self.is_explained() || !self.looks_for_more {
             return None;
         }
@@ -402,18 +445,25 @@ impl Chosen<'_> {
                 && share > SHARE_OF_A_MODE
                 && evidence(before, after, self.rows(), 2) > 10.0
         };
-        (0..self.model.modes).find_map(|mode| {
+        let mut in_time = Vec::new();
+        let found = (0..self.model.modes).find_map(|mode| {
             let hz = pole(&self.minimum.parameters, mode).frequency_hz;
-            let known = self.dependences.iter().position(|known| known.is_near(hz));
-            let found = match known {
-                Some(index) => again(&self.model, &self.minimum, mode, &self.dependences[index]),
-                None if may_depend(&self.model, &self.minimum, mode) => {
-                    dependence(&self.model, &self.minimum, mode)
+            let known = self.dependences.iter().any(|known| known.is_near(hz));
+            if !known && !may_depend(&self.model, &self.minimum, mode) {
+                return None;
+            }
+            let (known, change) = self.change_of(mode, SHARE_OF_A_MODE * self.minimum.sum_of_squares)?;
+            match change {
+                Change::WithAmplitude(one) | Change::Unclear(one) if matters(&one) => Some((known, *one)),
+                Change::InTime(one) => {
+                    in_time.push(one);
+                    None
                 }
-                None => None,
-            };
-            found.filter(matters).map(|found| (known, found))
-        })
+                _ => None,
+            }
+        });
+        self.in_time.extend(in_time);
+        found
     }
 
     /// Why the last mode of a wider fit is none of the structure's, if it is none: for what it is, or because

@@ -7,6 +7,7 @@ use crate::aliasing::Image;
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
 use crate::linearity::Linearity;
+use crate::modal_response::Pole;
 use crate::modes_file::BOX_STANDARD_ERRORS;
 use crate::poles::{MethodMode, Survey};
 use crate::record_kind::RecordKind;
@@ -169,6 +170,18 @@ impl IdentifiedMode {
             }
         }
         self.uncertainty_box = area;
+    }
+
+    /// Says nothing of the amplitude, and has a box that holds these poles as well.
+    pub(crate) fn hold(&mut self, poles: &[Pole]) {
+        let points = std::mem::take(&mut self.by_amplitude);
+        self.go_with_amplitude(points, Vec::new());
+        let wider = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        let area = &mut self.uncertainty_box;
+        for pole in poles {
+            area.frequency_hz = wider(area.frequency_hz, pole.frequency_hz);
+            area.damping_ratio = wider(area.damping_ratio, pole.damping_ratio);
+        }
     }
 
     /// Warnings about the dependence on amplitude, weakness and aliasing.

@@ -37,7 +37,7 @@ impl Tally {
         let begin = std::time::Instant::now();
         let found = identified(&case.recording, "force_N");
         let not_linear = found.linearity.verdict == LinearityVerdict::NotLinear;
-        let right = is_right(&case, machine, &found);
+        let right = is_right(&case, &found);
         self.all += 1;
         self.right += usize::from(right);
         self.not_linear += usize::from(not_linear);
@@ -61,10 +61,13 @@ impl Tally {
 }
 
 /// One mode each; that which goes with its amplitude by any frequency that it has.
-fn is_right(case: &Case, machine: &Machine, found: &IdentifiedModes) -> bool {
-    let reach = [0.01 * machine.change_pct + 0.003, 0.003];
-    let is = |mode: usize, hz: f64| (hz / case.frequencies_hz[mode] - 1.0).abs() < reach[mode];
-    found.modes.len() == 2 && (0..2).all(|mode| is(mode, found.modes[mode].frequency_hz.value))
+fn is_right(case: &Case, found: &IdentifiedModes) -> bool {
+    let [low, high] = case.first_hz;
+    let ranges = [[low, high], [case.frequencies_hz[1]; 2]];
+    let is = |mode: usize, [low, high]: [f64; 2]| {
+        (low * 0.997..=high * 1.003).contains(&found.modes[mode].frequency_hz.value)
+    };
+    found.modes.len() == 2 && (0..2).all(|mode| is(mode, ranges[mode]))
 }
 
 fn grid(change_pct: f64, changes: &[Change], noises_pct: &[f64], seeds: u64) -> Tally {

@@ -1,12 +1,12 @@
-//! The fit of one mode that depends on its amplitude, all other modes held.
+//! The fit of one mode that depends on its amplitude, or on time, all other modes held.
 
 use super::motion::{Drive, State};
-use super::{Course, Dependence, LAWS, Law, told};
+use super::{Cause, Course, Dependence, LAWS, Law, Moment, told};
 use crate::column::Column;
 use crate::forced_model::{ForcedModel, MAX_DAMPING, MIN_DAMPING, pole};
 use crate::levenberg_marquardt::{Minimum, Parameter};
-use crate::modal_response::Pole;
-use crate::separable::{Projected, Separable, fit_covariance, fit_roughly, sum_of_squares_at};
+use crate::modal_response::{Pole, free_response};
+use crate::separable::{Projected, Separable, fit_covariance, fit_roughly};
 use crate::tall::{Orthonormal, dot};
 
 /// Relative changes of stiffness and of damping at the largest amplitude that the search starts from.
@@ -20,43 +20,88 @@ const FIRST_ORDER: f64 = 0.03;
 const SMALL: f64 = 1e-3;
 
 /// One mode on a law, the others held.
-struct OneMode<'r> {
+pub(super) struct OneMode<'r> {
     /// The records with this mode alone.
     alone: ForcedModel<'r>,
     target: Vec<f64>,
     held: Vec<Column>,
+    /// The held columns' span, and the target less its part there.
+    basis: Orthonormal,
+    left: Vec<f64>,
     drives: Vec<Drive>,
     delay_s: f64,
-    law: Law,
+    pub(super) cause: Cause,
     reference: f64,
 }
 
 impl<'r> OneMode<'r> {
-    fn new(model: &ForcedModel<'r>, found: &Minimum<Projected>, mode: usize) -> Option<Self> {
+    pub(super) fn new(model: &ForcedModel<'r>, found: &Minimum<Projected>, mode: usize) -> Option<Self> {
         let own = pole(&found.parameters, mode);
         let delay_s = model.delay_s(&found.parameters);
-        let drives: Vec<Drive> =
-            model.records.iter().map(|record| Drive::new(record, delay_s, 1.1 * own.frequency_hz)).collect();
+        let drives = Drive::all(model.records, delay_s, 1.1 * own.frequency_hz);
         let amplitudes = drives.iter().flat_map(|drive| amplitude(&drive.linear(own), own));
         let reference = amplitudes.fold(0.0, f64::max);
         let others = found.point.blocks.iter().enumerate().filter(|(block, _)| *block != mode);
         // Beside a real pole the rate of the mode's response stays that of the linear mode.
         let rate = found.point.blocks.get(mode).and_then(|own| own.last()).filter(|_| model.real_pole);
-        let held = others.flat_map(|(_, columns)| columns).chain(rate).cloned().collect();
+        let held: Vec<Column> = others.flat_map(|(_, columns)| columns).chain(rate).cloned().collect();
         let alone = ForcedModel { modes: 1, delay: false, direct: false, real_pole: false, ..*model };
-        (reference > 0.0 && reference.is_finite()).then(|| Self {
+        let mut one = Self {
             alone,
             target: model.target(&found.parameters),
             held,
+            basis: Orthonormal::default(),
+            left: Vec::new(),
             drives,
             delay_s,
-            law: LAWS[0],
+            cause: Cause::Amplitude(LAWS[0]),
             reference,
-        })
+        };
+        one.hold();
+        (reference > 0.0 && reference.is_finite()).then_some(one)
     }
 
-    fn course(&self, parameters: &[f64]) -> Course {
-        Course { law: self.law, pole: pole(parameters, 0), stiffness: parameters[2], damping: parameters[3] }
+    /// Takes the held columns out of the target.
+    fn hold(&mut self) {
+        self.basis = Orthonormal::default();
+        let mut order: Vec<&Column> = self.held.iter().collect();
+        order.sort_by_key(|column| column.values.len());
+        order.into_iter().for_each(|column| self.basis.push(column.clone()));
+        self.left = self.target.clone();
+        self.basis.remove_from(&mut self.left);
+    }
+
+    /// What a start leaves, to the accuracy of the steps.
+    fn sum_at(&self, parameters: &[f64]) -> f64 {
+        let course = self.course(parameters);
+        let mut own = Orthonormal::default();
+        let mut push = |mut column: Column| {
+            self.basis.remove_from_column(&mut column);
+            own.push(column);
+        };
+        for (rows, record) in self.alone.rows() {
+            let times_s = record.input_times(self.delay_s);
+            let origin_s = times_s.first().copied().unwrap_or(0.0);
+            let free = free_response(course.pole, origin_s, &times_s);
+            free.into_iter().for_each(|values| push(Column { start: rows.start, values }));
+        }
+        let forced = self.drives.iter().flat_map(|drive| {
+            drive.motion(course, self.reference).into_iter().map(|state| drive.output(state))
+        });
+        push(Column::from(forced.collect::<Vec<f64>>()));
+        let mut left = self.left.clone();
+        own.remove_from(&mut left);
+        dot(&left, &left)
+    }
+
+    pub(super) fn course(&self, parameters: &[f64]) -> Course {
+        let cause = match (self.cause, parameters.get(4)) {
+            (Cause::Time(Moment::Around { width, .. }), Some(&moment)) => {
+                Cause::Time(Moment::Around { moment, width })
+            }
+            (cause, _) => cause,
+        };
+        Course { cause, pole: pole(parameters, 0), stiffness: parameters[2], damping: parameters[3] }
     }
 
     /// The mode's response less that of the linear mode at no amplitude.
@@ -75,34 +120,33 @@ impl<'r> OneMode<'r> {
     }
 
     /// Starts of the search: the linear mode, moved so that the mean frequency stays.
-    fn starts(&self, own: Pole) -> Vec<[f64; 4]> {
-        let seen = SEEN_AT.map(|share| self.law.felt(share));
+    fn starts(own: Pole, law: Law) -> Vec<[f64; 4]> {
+        let seen = SEEN_AT.map(|share| law.felt(share));
         let pairs = STIFFNESS.into_iter().flat_map(|k| DAMPING.map(|d| (k, d)));
         pairs
-            .flat_map(|(k, d)| {
-                seen.map(|[spring, drag]| {
-                    let frequency = own.frequency_hz.ln() - 0.5 * (k * spring).ln_1p();
-                    let damping = own.damping_ratio.ln() - (d * drag).ln_1p();
-                    [frequency, damping.max(MIN_DAMPING.ln()), k, d]
-                })
-            })
+            .flat_map(|(k, d)| seen.map(|[spring, drag]| moved(own, [k * spring, d * drag], [k, d])))
             .collect()
     }
 
     /// The fit from the best of some starts.
-    fn fitted(&self, starts: Vec<[f64; 4]>) -> Option<Minimum<Projected>> {
+    pub(super) fn fitted<const N: usize>(&self, starts: Vec<[f64; N]>) -> Option<Minimum<Projected>> {
         let sums = starts.into_iter().filter_map(|start| {
-            let sum = sum_of_squares_at(self, &start)?;
+            let sum = self.sum_at(&start);
             sum.is_finite().then_some((sum, start))
         });
-        let (_, [frequency, damping, k, d]) = sums.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let range = [
-            Parameter { start: frequency, lower: frequency - 0.3, upper: frequency + 0.3, max_step: 0.02 },
-            Parameter { start: damping, lower: MIN_DAMPING.ln(), upper: MAX_DAMPING.ln(), max_step: 0.7 },
-            Parameter { start: k, lower: -0.8, upper: 4.0, max_step: 0.05 },
-            Parameter { start: d, lower: -0.95, upper: 100.0, max_step: 1.0 },
+        let (_, start) = sums.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let frequency = start[0];
+        let bounds = [
+            [frequency - 0.3, frequency + 0.3, 0.02],
+            [MIN_DAMPING.ln(), MAX_DAMPING.ln(), 0.7],
+            [-0.8, 4.0, 0.05],
+            [-0.95, 100.0, 1.0],
+            [0.0, 1.0, 0.02],
         ];
-        fit_roughly(self, &range)
+        let range = start.into_iter().zip(bounds);
+        let range =
+            range.map(|(start, [lower, upper, max_step])| Parameter { start, lower, upper, max_step });
+        fit_roughly(self, &range.collect::<Vec<Parameter>>())
     }
 
     /// What a fit says.
@@ -114,9 +158,8 @@ impl<'r> OneMode<'r> {
         let amplitudes = amplitude(&motions.collect::<Vec<State>>(), course.pole);
         let shares: Vec<f64> = amplitudes.iter().map(|a| a / self.reference).collect();
         let weight = shares.iter().map(|a| a * a).sum::<f64>().max(f64::MIN_POSITIVE);
-        let felt = [0, 1].map(|index: usize| {
-            shares.iter().map(|a| a * a * self.law.felt(*a)[index]).sum::<f64>() / weight
-        });
+        let felt = [0, 1]
+            .map(|index: usize| shares.iter().map(|a| a * a * course.felt(*a)[index]).sum::<f64>() / weight);
         let mean = course.feeling(felt);
         let participation = minimum.point.coefficients[0];
         let own = &minimum.point.blocks[0][0].values;
@@ -130,8 +173,24 @@ impl<'r> OneMode<'r> {
         let (changes, points) = told(course, errors, &shares, unit, window_s);
         let sum_of_squares = minimum.sum_of_squares;
         let reference = self.reference;
-        Some(Dependence { mean, changes, points, course, reference, sum_of_squares, correction })
+        Some(Dependence {
+            mean,
+            is_unclear: false,
+            changes,
+            points,
+            course,
+            reference,
+            sum_of_squares,
+            correction,
+        })
     }
+}
+
+/// A start of the search: the linear mode moved by what its stiffness and damping feel of a change of k and d.
+pub(super) fn moved(own: Pole, [of_stiffness, of_damping]: [f64; 2], [k, d]: [f64; 2]) -> [f64; 4] {
+    let frequency = own.frequency_hz.ln() - 0.5 * of_stiffness.ln_1p();
+    let damping = own.damping_ratio.ln() - of_damping.ln_1p();
+    [frequency, damping.max(MIN_DAMPING.ln()), k, d]
 }
 
 fn amplitude(states: &[State], own: Pole) -> Vec<f64> {
@@ -186,7 +245,7 @@ pub(crate) fn may_depend(model: &ForcedModel<'_>, found: &Minimum<Projected>, mo
         basis.remove_from(&mut left);
         let before = dot(&left, &left);
         for [stiffness, damping] in [[SMALL * own.damping_ratio, 0.0], [0.0, SMALL]] {
-            let beyond = one.beyond_linear(Course { law: one.law, pole: own, stiffness, damping });
+            let beyond = one.beyond_linear(Course { cause: one.cause, pole: own, stiffness, damping });
             let scale = 1.0 / SMALL;
             basis.push(Column::from(beyond.into_iter().map(|y| y * scale).collect::<Vec<f64>>()));
         }
@@ -194,7 +253,7 @@ pub(crate) fn may_depend(model: &ForcedModel<'_>, found: &Minimum<Projected>, mo
         1.0 - dot(&left, &left) / before.max(f64::MIN_POSITIVE)
     };
     LAWS.into_iter().any(|law| {
-        one.law = law;
+        one.cause = Cause::Amplitude(law);
         share(&one) > FIRST_ORDER
     })
 }
@@ -209,15 +268,15 @@ pub(crate) fn dependence(
     let own = pole(&found.parameters, mode);
     let mut best: Option<(Law, Minimum<Projected>)> = None;
     for law in LAWS {
-        one.law = law;
-        if let Some(found) = one.fitted(one.starts(own))
+        one.cause = Cause::Amplitude(law);
+        if let Some(found) = one.fitted(OneMode::starts(own, law))
             && best.as_ref().is_none_or(|(_, best)| found.sum_of_squares < best.sum_of_squares)
         {
             best = Some((law, found));
         }
     }
     let (law, minimum) = best?;
-    one.law = law;
+    one.cause = Cause::Amplitude(law);
     one.told(&minimum)
 }
 
@@ -229,9 +288,11 @@ pub(crate) fn again(
     known: &Dependence,
 ) -> Option<Dependence> {
     let mut one = OneMode::new(model, found, mode)?;
-    (one.law, one.reference) = (known.course.law, known.reference);
+    (one.cause, one.reference) = (known.course.cause, known.reference);
     one.target.iter_mut().zip(&known.correction).for_each(|(y, c)| *y += c);
+    one.hold();
     let Course { pole, stiffness, damping, .. } = known.course;
     let start = [pole.frequency_hz.ln(), pole.damping_ratio.ln(), stiffness, damping];
-    one.told(&one.fitted(vec![start])?)
+    let is_unclear = known.is_unclear;
+    Some(Dependence { is_unclear, ..one.told(&one.fitted(vec![start])?)? })
 }

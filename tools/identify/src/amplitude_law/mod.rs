@@ -7,7 +7,9 @@
 //! with that mean mode.
 
 mod fit;
+mod in_time;
 mod motion;
+mod rivals;
 
 use crate::amplitude::{AmplitudeChange, AmplitudePoint, CLEAR, MATTERS};
 use crate::forced_model::{ForcedModel, pole};
@@ -18,6 +20,8 @@ use crate::result::Estimate;
 use crate::separable::Projected;
 use crate::warnings::Quantity;
 pub(crate) use fit::{again, dependence, may_depend};
+pub(crate) use in_time::{InTime, in_time};
+pub(crate) use rivals::{Change, judged};
 
 /// How stiffness and damping go with the amplitude.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +44,8 @@ const NEAR: f64 = 0.1;
 /// logarithm.
 const MISSED: f64 = 0.02;
 const AROUND: f64 = 0.25;
+/// How far beside the frequencies of such a mode, as a share, there is no other.
+const BESIDE: f64 = 0.03;
 /// Points of the course over amplitude that are told.
 const POINTS: u32 = 6;
 /// Shares of the mode's motion below the amplitudes that count as small and as large.
@@ -62,6 +68,8 @@ impl Law {
 pub(crate) struct Dependence {
     /// The linear mode at the mean amplitude.
     pub(crate) mean: Pole,
+    /// Whether something else explains the record about as well, so that none of the two can be told.
+    pub(crate) is_unclear: bool,
     pub(crate) changes: Vec<AmplitudeChange>,
     pub(crate) points: Vec<AmplitudePoint>,
     course: Course,
@@ -105,10 +113,23 @@ impl Dependence {
 
     /// Whether a frequency is this mode's at some amplitude.
     pub(crate) fn is_near(&self, frequency_hz: f64) -> bool {
-        let width = 2.0 * self.mean.damping_ratio;
-        let spread = self.points.iter().map(|point| (point.frequency_hz.value / self.mean.frequency_hz).ln());
-        let reach = spread.fold(0.0_f64, |most, away| most.max(away.abs()));
-        (frequency_hz / self.mean.frequency_hz).ln().abs() < (1.5 * reach).max(width).max(0.03)
+        let beside = (2.0 * self.mean.damping_ratio).max(BESIDE);
+        let [low, high] = self.range_hz();
+        (low * (1.0 - beside)..=high * (1.0 + beside)).contains(&frequency_hz)
+    }
+
+    /// Where what no law explains of this mode lies, Hz, if a frequency is there.
+    pub(crate) fn surroundings_of(&self, frequency_hz: f64) -> Option<[f64; 2]> {
+        let [low, high] = self.range_hz();
+        let band_hz = [low * (-AROUND).exp(), high * AROUND.exp()];
+        (band_hz[0]..=band_hz[1]).contains(&frequency_hz).then_some(band_hz)
+    }
+
+    /// The mode's lowest and highest frequency, Hz.
+    fn range_hz(&self) -> [f64; 2] {
+        let frequencies = self.points.iter().map(|point| point.frequency_hz.value);
+        let all = frequencies.chain([self.mean.frequency_hz]);
+        all.fold([f64::INFINITY, 0.0], |[low, high], hz| [low.min(hz), high.max(hz)])
     }
 }
 
@@ -124,20 +145,54 @@ pub(crate) fn nearest_mode(
     (away(nearest) < NEAR.max(width)).then_some(nearest)
 }
 
+/// What a stiffness and a damping go with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Cause {
+    Amplitude(Law),
+    Time(Moment),
+}
+
+/// When a change in time happens, as shares of all records' time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Moment {
+    /// Evenly from the first sample to the last.
+    Throughout,
+    /// Around a moment, within a width.
+    Around { moment: f64, width: f64 },
+}
+
+impl Moment {
+    /// How much of the change has happened.
+    fn felt(self, share: f64) -> f64 {
+        match self {
+            Self::Throughout => share,
+            Self::Around { moment, width } => 1.0 / (1.0 + ((moment - share) / width).exp()),
+        }
+    }
+}
+
 /// A law with its numbers.
 #[derive(Debug, Clone, Copy)]
 struct Course {
-    law: Law,
-    /// At no amplitude.
+    cause: Cause,
+    /// At no amplitude, or before the change.
     pole: Pole,
     stiffness: f64,
     damping: f64,
 }
 
 impl Course {
+    /// What is felt at a share of the largest amplitude, or of the time.
+    fn felt(self, share: f64) -> [f64; 2] {
+        match self.cause {
+            Cause::Amplitude(law) => law.felt(share),
+            Cause::Time(moment) => [moment.felt(share); 2],
+        }
+    }
+
     /// Frequency and damping at a share of the largest amplitude.
     fn at(self, share: f64) -> Pole {
-        self.feeling(self.law.felt(share))
+        self.feeling(self.felt(share))
     }
 
     fn feeling(self, [of_stiffness, of_damping]: [f64; 2]) -> Pole {
@@ -151,7 +206,7 @@ impl Course {
 
     /// The course with the standard errors of ln f, ln zeta, k and d.
     fn point(self, share: f64, errors: [f64; 4]) -> [Estimate; 2] {
-        let ([spring, drag], here) = (self.law.felt(share), self.at(share));
+        let ([spring, drag], here) = (self.felt(share), self.at(share));
         let [frequency, damping, k, d] = errors;
         let of_stiffness = 0.5 * spring * k / (1.0 + self.stiffness * spring).max(motion::LEAST);
         let of_damping = drag * d / (1.0 + self.damping * drag).max(motion::LEAST);
@@ -198,7 +253,7 @@ fn told(
         })
         .collect();
     let (from, to) = (course.point(small, errors), course.point(large, errors));
-    let (less, more) = (course.law.felt(small), course.law.felt(large));
+    let (less, more) = (course.felt(small), course.felt(large));
     let [of_stiffness, of_damping] = [0, 1].map(|index: usize| (more[index] - less[index]).abs());
     let quantities = [
         (Quantity::FrequencyHz, 0.5 * errors[2] * of_stiffness),

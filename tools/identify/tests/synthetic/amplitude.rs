@@ -49,6 +49,8 @@ pub struct Machine {
 pub struct Case {
     pub recording: Recording,
     pub frequencies_hz: [f64; 2],
+    /// Lowest and highest frequency of a sine of the first mode up to the largest amplitude there is, Hz.
+    pub first_hz: [f64; 2],
     pub damping_ratios: [f64; 2],
 }
 
@@ -76,7 +78,17 @@ impl Machine {
         let recording = Recording::new("machine", time_s)
             .with_column("force_N", input)
             .with_column("tip_deflection_m", output);
-        Case { recording, frequencies_hz, damping_ratios }
+        let reached = first.iter().fold(0.0_f64, |top, y| top.max(y.abs())) / top;
+        // A sine feels three quarters of what the stiffness changes by at its peak.
+        let change = 2.0 * 0.01 * self.change_pct * reached * reached;
+        let at_largest = first_hz
+            * match self.change {
+                Change::Softens => (1.0 - change.min(0.5 * 0.75)).sqrt(),
+                Change::Hardens => (1.0 + change).sqrt(),
+                Change::Drag => 1.0,
+            };
+        let first_hz = [first_hz.min(at_largest), first_hz.max(at_largest)];
+        Case { recording, frequencies_hz, first_hz, damping_ratios }
     }
 
     fn first_mode(&self, force: &[f64], frequency_hz: f64, damping_ratio: f64, top: f64) -> Vec<f64> {

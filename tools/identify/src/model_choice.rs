@@ -19,7 +19,7 @@ use crate::modal_response::{InputKind, OutputQuantity, Pole};
 use crate::mode_gates::{NotLinear, held_out_sum, is_confirmed, refusal_of_last, refusal_within};
 use crate::result::{ModelStep, Rejected};
 use crate::separable::{Projected, fit, fit_covariance, fit_roughly, sum_of_squares_at};
-use crate::time_shifts::ClockJumps;
+use crate::time_shifts::{ClockJumps, refitted};
 
 /// A model and its fit, and how it came to be chosen.
 pub(crate) struct Chosen<'r> {
@@ -118,6 +118,9 @@ pub(crate) fn choose<'r>(
         chosen.finish();
     }
     chosen.new_dependence = chosen.dependence_that_matters();
+    if chosen.new_dependence.is_none() {
+        chosen.settle();
+    }
     let found = chosen.model.modes;
     match options.modes {
         Some(requested) if found < requested => Err(IdentifyError::TooFewPeaks {
@@ -456,7 +459,9 @@ impl Chosen<'_> {
             match change {
                 Change::WithAmplitude(one) | Change::Unclear(one) if matters(&one) => Some((known, *one)),
                 Change::InTime(one) => {
-                    in_time.push(one);
+                    let before = self.minimum.sum_of_squares;
+                    let is_clear = evidence(before, one.sum_of_squares, self.rows(), 3) > 10.0;
+                    in_time.extend(is_clear.then_some(one));
                     None
                 }
                 _ => None,
@@ -464,6 +469,38 @@ impl Chosen<'_> {
         });
         self.in_time.extend(in_time);
         found
+    }
+
+    /// Asks once more, beside all modes, about what was unclear when some of them were still missing.
+    fn settle(&mut self) {
+        for index in 0..self.dependences.len() {
+            if !self.dependences[index].is_unclear {
+                continue;
+            }
+            match self.judged_again(index) {
+                Some(Change::WithAmplitude(_)) => self.dependences[index].is_unclear = false,
+                Some(Change::InTime(one)) => {
+                    self.dependences[index].is_unclear = false;
+                    self.dependences[index].changes.clear();
+                    self.in_time.push(one);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What changes the mode of a known dependence, in the records as they were before it was taken out.
+    fn judged_again(&self, index: usize) -> Option<Change> {
+        let known = &self.dependences[index];
+        let mode = nearest_mode(&self.model, &self.minimum, known.mean.frequency_hz)?;
+        let of_amplitude = again(&self.model, &self.minimum, mode, known);
+        let mut records = self.model.records.to_vec();
+        known.give_back_to(&mut records);
+        let model = ForcedModel { records: &records, ..self.model };
+        let found = refitted(&model, &self.minimum)?;
+        let clock = ClockJumps::of(&model, &found);
+        let of_time = in_time(&model, &found, mode);
+        judged(found.sum_of_squares, of_amplitude, of_time, &clock).map(|(change, _)| change)
     }
 
     /// Why the last mode of a wider fit is none of the structure's, if it is none: for what it is, or because

@@ -200,7 +200,7 @@ impl Jump {
 }
 
 /// A fit from where another one ended.
-fn refitted(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Option<Minimum<Projected>> {
+pub(crate) fn refitted(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Option<Minimum<Projected>> {
     let poles: Vec<Pole> = (0..model.modes).map(|mode| pole(&found.parameters, mode)).collect();
     let rate_per_s = model.rate_per_s(&found.parameters);
     let range: Vec<Parameter> = model.parameters(&poles, model.delay_s(&found.parameters), rate_per_s);

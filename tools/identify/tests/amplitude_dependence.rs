@@ -4,9 +4,9 @@
 
 mod synthetic;
 
-use stillbeam_identify::{ForcedOptions, IdentifiedModes, LinearityVerdict, identify_forced};
+use stillbeam_identify::{ForcedOptions, IdentifiedMode, IdentifiedModes, LinearityVerdict, identify_forced};
 use stillbeam_recording::Recording;
-use synthetic::amplitude::{CHANGES, Case, Change, DRIVES, Machine};
+use synthetic::amplitude::{CHANGES, Case, Change, DRIVES, Drive, Machine};
 
 const RATIOS: [f64; 3] = [1.35, 2.7, 6.3];
 
@@ -23,11 +23,15 @@ fn identified(recording: &Recording, input: &str) -> IdentifiedModes {
     identify_forced(recording, &options).unwrap()
 }
 
-/// Records with the right modes, records called not linear, and all.
+/// Records with the right modes, records called not linear, or not constant, and all.
 #[derive(Default, Debug, Clone, Copy)]
 struct Tally {
     right: usize,
     not_linear: usize,
+    /// Records of which a mode was said to go with its amplitude.
+    with_amplitude: usize,
+    /// Records called not constant in time.
+    not_constant: usize,
     all: usize,
 }
 
@@ -41,8 +45,11 @@ impl Tally {
         self.all += 1;
         self.right += usize::from(right);
         self.not_linear += usize::from(not_linear);
+        let changes = |mode: &IdentifiedMode| !mode.amplitude_changes.is_empty();
+        self.with_amplitude += usize::from(found.modes.iter().any(changes));
+        self.not_constant += usize::from(found.linearity.verdict == LinearityVerdict::NotConstant);
         if std::env::var_os("STILLBEAM_EACH").is_some()
-            && (!right || not_linear != (machine.change_pct > 0.0))
+            && (!right || not_linear != (machine.change_pct > 0.0) || changes_in_time(machine))
         {
             let modes: Vec<String> = found
                 .modes
@@ -70,11 +77,11 @@ fn is_right(case: &Case, found: &IdentifiedModes) -> bool {
     found.modes.len() == 2 && (0..2).all(|mode| is(mode, ranges[mode]))
 }
 
-fn grid(change_pct: f64, changes: &[Change], noises_pct: &[f64], seeds: u64) -> Tally {
+fn grid(change_pct: f64, changes: &[Change], drives: &[Drive], noises_pct: &[f64], seeds: u64) -> Tally {
     let mut all = Tally::default();
     for (&noise_pct, number) in noises_pct.iter().zip(0_u64..) {
         for &change in changes {
-            for drive in DRIVES {
+            for &drive in drives {
                 let mut tally = Tally::default();
                 for seed in 0..seeds {
                     let ratio = RATIOS[(seed as usize + drive as usize) % RATIOS.len()];
@@ -85,6 +92,8 @@ fn grid(change_pct: f64, changes: &[Change], noises_pct: &[f64], seeds: u64) -> 
                 all.all += tally.all;
                 all.right += tally.right;
                 all.not_linear += tally.not_linear;
+                all.with_amplitude += tally.with_amplitude;
+                all.not_constant += tally.not_constant;
             }
         }
     }
@@ -92,17 +101,21 @@ fn grid(change_pct: f64, changes: &[Change], noises_pct: &[f64], seeds: u64) -> 
     all
 }
 
+fn changes_in_time(machine: &Machine) -> bool {
+    matches!(machine.change, Change::Jumps | Change::Drifts)
+}
+
 #[test]
 fn a_linear_machine_has_its_modes_and_is_never_called_not_linear() {
-    let all = grid(0.0, &[Change::Softens], &[0.0, 0.3, 2.0], seeds(1));
-    assert_eq!(all.not_linear, 0, "{all:?}");
+    let all = grid(0.0, &[Change::Softens], &DRIVES, &[0.0, 0.3, 2.0, 10.0], seeds(1));
+    assert_eq!((all.not_linear, all.not_constant), (0, 0), "{all:?}");
     assert_eq!(all.right, all.all, "{all:?}");
 }
 
 #[test]
 fn a_mode_that_goes_with_its_amplitude_is_one_and_told() {
     for (change_pct, noises_pct) in [(3.0, [0.0]), (10.0, [0.3])] {
-        let all = grid(change_pct, &CHANGES, &noises_pct, seeds(1));
+        let all = grid(change_pct, &CHANGES, &DRIVES, &noises_pct, seeds(1));
         assert!(all.right * 10 >= all.all * 9, "{all:?}");
         assert!(all.not_linear * 10 >= all.all * 9, "{all:?}");
     }
@@ -110,6 +123,6 @@ fn a_mode_that_goes_with_its_amplitude_is_one_and_told() {
 
 #[test]
 fn a_change_of_a_hundredth_makes_no_second_mode() {
-    let all = grid(1.0, &CHANGES, &[2.0], seeds(1));
+    let all = grid(1.0, &CHANGES, &DRIVES, &[2.0], seeds(1));
     assert!(all.right * 10 >= all.all * 9, "{all:?}");
 }

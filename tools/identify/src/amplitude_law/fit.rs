@@ -16,8 +16,9 @@ const DAMPING: [f64; 2] = [0.0, 1.0];
 const SEEN_AT: [f64; 3] = [0.4, 0.7, 1.0];
 /// Share of what is left that the first order of a law must explain for the law to be fitted.
 const FIRST_ORDER: f64 = 0.03;
-/// Step of the first order.
+/// Step of the first order, and of the differences of a fit.
 const SMALL: f64 = 1e-3;
+const DIFFERENCE: f64 = 1e-6;
 
 /// One mode on a law, the others held.
 pub(super) struct OneMode<'r> {
@@ -85,10 +86,7 @@ impl<'r> OneMode<'r> {
             let free = free_response(course.pole, origin_s, &times_s);
             free.into_iter().for_each(|values| push(Column { start: rows.start, values }));
         }
-        let forced = self.drives.iter().flat_map(|drive| {
-            drive.motion(course, self.reference).into_iter().map(|state| drive.output(state))
-        });
-        push(Column::from(forced.collect::<Vec<f64>>()));
+        push(Column::from(self.motion(course)));
         let mut left = self.left.clone();
         own.remove_from(&mut left);
         dot(&left, &left)
@@ -102,6 +100,15 @@ impl<'r> OneMode<'r> {
             (cause, _) => cause,
         };
         Course { cause, pole: pole(parameters, 0), stiffness: parameters[2], damping: parameters[3] }
+    }
+
+    /// The mode's forced response, to the accuracy of the steps.
+    fn motion(&self, course: Course) -> Vec<f64> {
+        let of = |drive: &Drive| {
+            let states = drive.motion(course, self.reference).into_iter();
+            states.map(|state| drive.output(state)).collect::<Vec<f64>>()
+        };
+        self.drives.iter().flat_map(of).collect()
     }
 
     /// The mode's response less that of the linear mode at no amplitude.
@@ -128,13 +135,17 @@ impl<'r> OneMode<'r> {
             .collect()
     }
 
-    /// The fit from the best of some starts.
-    pub(super) fn fitted<const N: usize>(&self, starts: Vec<[f64; N]>) -> Option<Minimum<Projected>> {
+    /// The best of some starts, and what it leaves.
+    pub(super) fn best<const N: usize>(&self, starts: Vec<[f64; N]>) -> Option<(f64, [f64; N])> {
         let sums = starts.into_iter().filter_map(|start| {
             let sum = self.sum_at(&start);
             sum.is_finite().then_some((sum, start))
         });
-        let (_, start) = sums.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        sums.min_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The fit from a start.
+    pub(super) fn fitted<const N: usize>(&self, start: [f64; N]) -> Option<Minimum<Projected>> {
         let frequency = start[0];
         let bounds = [
             [frequency - 0.3, frequency + 0.3, 0.02],
@@ -220,6 +231,35 @@ impl Separable for OneMode<'_> {
     fn depends(&self, block: usize, _: usize) -> bool {
         block == 0
     }
+
+    /// Differences; what changes only the motion beyond the linear one needs only that anew.
+    fn tangents(
+        &self,
+        block: usize,
+        parameters: &[f64],
+        _: &[Column],
+        coefficients: &[f64],
+    ) -> Vec<(usize, Column)> {
+        if block > 0 {
+            return Vec::new();
+        }
+        let tangent = |parameter: usize| {
+            let mut tangent = Column::default();
+            for side in [1.0, -1.0] {
+                let mut moved = parameters.to_vec();
+                moved[parameter] += side * DIFFERENCE;
+                let columns = match parameter < 2 {
+                    true => self.block(0, &moved),
+                    false => vec![Column::from(self.motion(self.course(&moved)))],
+                };
+                for (column, coefficient) in columns.iter().zip(coefficients) {
+                    tangent.add(side * coefficient / (2.0 * DIFFERENCE), column);
+                }
+            }
+            (parameter, tangent)
+        };
+        (0..parameters.len()).map(tangent).collect()
+    }
 }
 
 /// Whether the first order of some law explains a noticeable share of what is left.
@@ -269,7 +309,8 @@ pub(crate) fn dependence(
     let mut best: Option<(Law, Minimum<Projected>)> = None;
     for law in LAWS {
         one.cause = Cause::Amplitude(law);
-        if let Some(found) = one.fitted(OneMode::starts(own, law))
+        if let Some((_, start)) = one.best(OneMode::starts(own, law))
+            && let Some(found) = one.fitted(start)
             && best.as_ref().is_none_or(|(_, best)| found.sum_of_squares < best.sum_of_squares)
         {
             best = Some((law, found));
@@ -294,5 +335,5 @@ pub(crate) fn again(
     let Course { pole, stiffness, damping, .. } = known.course;
     let start = [pole.frequency_hz.ln(), pole.damping_ratio.ln(), stiffness, damping];
     let is_unclear = known.is_unclear;
-    Some(Dependence { is_unclear, ..one.told(&one.fitted(vec![start])?)? })
+    Some(Dependence { is_unclear, ..one.told(&one.fitted(start)?)? })
 }

@@ -3,6 +3,7 @@
 
 use super::fit::{OneMode, moved};
 use super::{Cause, Moment};
+use crate::amplitude::MATTERS;
 use crate::forced_model::{ForcedModel, pole};
 use crate::levenberg_marquardt::Minimum;
 use crate::modal_response::Pole;
@@ -30,6 +31,15 @@ pub(crate) struct InTime {
     pub(crate) sum_of_squares: f64,
 }
 
+impl InTime {
+    /// Whether the change is large enough to matter.
+    pub(super) fn matters(&self) -> bool {
+        let [frequency, damping] = MATTERS;
+        (self.after.frequency_hz / self.before.frequency_hz).ln().abs() > frequency
+            || (self.after.damping_ratio / self.before.damping_ratio).ln().abs() > damping
+    }
+}
+
 /// The mode with the change in time that leaves least; `None` where none can be fitted.
 pub(crate) fn in_time(model: &ForcedModel<'_>, found: &Minimum<Projected>, mode: usize) -> Option<InTime> {
     let mut one = OneMode::new(model, found, mode)?;
@@ -41,19 +51,24 @@ pub(crate) fn in_time(model: &ForcedModel<'_>, found: &Minimum<Projected>, mode:
         .into_iter()
         .flat_map(|[k, d]| SEEN_AT.map(|seen| moved(own, [k * seen, d * seen], [k, d])))
         .collect();
-    one.cause = Cause::Time(Moment::Throughout);
-    let throughout = one.fitted(starts.clone()).map(|found| (one.cause, found));
+    let throughout = Cause::Time(Moment::Throughout);
     let width = PERIODS / (own.frequency_hz * total_s);
-    one.cause = Cause::Time(Moment::Around { moment: 0.5, width });
+    let around = Cause::Time(Moment::Around { moment: 0.5, width });
     let at = |moment: u32| {
         let moment = f64::from(moment) / f64::from(MOMENTS);
         starts.iter().map(move |[f, zeta, k, d]| [*f, *zeta, *k, *d, moment])
     };
-    let around = one.fitted((1..MOMENTS).flat_map(at).collect()).map(|found| (one.cause, found));
-    let fits = throughout.into_iter().chain(around);
-    let best = fits.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
-    let (cause, minimum) = best?;
-    one.cause = cause;
+    let moments = (1..MOMENTS).flat_map(at).collect();
+    one.cause = throughout;
+    let gradual = one.best(starts.clone());
+    one.cause = around;
+    let minimum = match (gradual, one.best(moments)) {
+        (Some((sum, start)), sudden) if sudden.is_none_or(|sudden| sum < sudden.0) => {
+            one.cause = throughout;
+            one.fitted(start)
+        }
+        (_, sudden) => one.fitted(sudden?.1),
+    }?;
     let course = one.course(&minimum.parameters);
     let at_s = match (course.cause, model.records) {
         (Cause::Time(Moment::Around { moment, .. }), [only]) => {

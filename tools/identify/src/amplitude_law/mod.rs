@@ -48,8 +48,10 @@ const AROUND: f64 = 0.25;
 const BESIDE: f64 = 0.03;
 /// Points of the course over amplitude that are told.
 const POINTS: u32 = 6;
-/// Shares of the mode's motion below the amplitudes that count as small and as large.
+/// Shares of the mode's motion below the amplitudes that count as small and as large, and below those between
+/// which its course is told.
 const SMALL_AND_LARGE: [f64; 2] = [0.1, 0.9];
+const TOLD: [f64; 2] = [0.01, 0.99];
 
 impl Law {
     /// What a steady vibration of an amplitude, as a share of the largest, feels of it: in its stiffness
@@ -243,15 +245,16 @@ fn told(
     unit: f64,
     window_s: [f64; 2],
 ) -> (Vec<AmplitudeChange>, Vec<AmplitudePoint>) {
-    let [small, large] = quantiles(amplitude, SMALL_AND_LARGE);
-    let ratio = (large / small.max(f64::MIN_POSITIVE)).max(1.0);
+    let [least, most] = quantiles(amplitude, TOLD);
+    let ratio = (most / least.max(f64::MIN_POSITIVE)).max(1.0);
     let points = (0..POINTS)
         .map(|k| {
-            let share = small * ratio.powf(f64::from(k) / f64::from(POINTS - 1));
+            let share = least * ratio.powf(f64::from(k) / f64::from(POINTS - 1));
             let [frequency_hz, damping_ratio] = course.point(share, errors);
             AmplitudePoint { amplitude: share * unit, window_s, frequency_hz, damping_ratio }
         })
         .collect();
+    let [small, large] = quantiles(amplitude, SMALL_AND_LARGE);
     let (from, to) = (course.point(small, errors), course.point(large, errors));
     let (less, more) = (course.felt(small), course.felt(large));
     let [of_stiffness, of_damping] = [0, 1].map(|index: usize| (more[index] - less[index]).abs());

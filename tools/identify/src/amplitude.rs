@@ -101,6 +101,27 @@ pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeCha
     pairs.collect()
 }
 
+/// The changes with the amplitude of a forced record's stretches, less those that go with time as well as with
+/// the amplitude.
+pub(crate) fn changes_not_in_time(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
+    let third = points.len().div_ceil(3);
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.window_s[0].total_cmp(&b.window_s[0]));
+    let in_time = |pick: Pick| {
+        let (early, late) = (&sorted[..third], &sorted[sorted.len() - third..]);
+        mean(early.iter().map(pick)).distance(&mean(late.iter().map(pick)))
+    };
+    let mut found = changes(points, clear);
+    found.retain(|change| {
+        let pick: Pick = match change.quantity {
+            Quantity::FrequencyHz => |point| point.frequency_hz,
+            Quantity::DampingRatio => |point| point.damping_ratio,
+        };
+        change.small.distance(&change.large) > in_time(pick)
+    });
+    found
+}
+
 /// The plain mean: weighing by error would weigh the middle of the curve, where points are sharpest.
 fn mean(estimates: impl Iterator<Item = Estimate> + Clone) -> Estimate {
     let count = estimates.clone().count() as f64;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::aliasing::{Image, image_of};
-use crate::amplitude::{CLEAR, of_forced};
+use crate::amplitude::{CLEAR, changes_not_in_time, of_forced};
 use crate::decay_modes::Uniform;
 use crate::driven_lines::DrivenLines;
 use crate::error::IdentifyError;
@@ -296,7 +296,9 @@ fn identified_mode(
     }
     let largest = contribution.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
     let participation = Estimate { value: refined.coefficients[at], stderr: refined.coefficient_stderr(at) };
-    IdentifiedMode {
+    let points = of_forced(model, &refined.parameters, mode);
+    let changes = changes_not_in_time(&points, CLEAR);
+    let mut identified = IdentifiedMode {
         frequency_hz: Estimate {
             value: pole.frequency_hz,
             stderr: pole.frequency_hz * refined.stderr(2 * mode),
@@ -324,8 +326,9 @@ fn identified_mode(
         by_amplitude: Vec::new(),
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::default(),
-    }
-    .with_amplitudes(of_forced(model, &refined.parameters, mode), Some(CLEAR))
+    };
+    identified.go_with_amplitude(points, changes);
+    identified
 }
 
 /// Warnings about one mode.

@@ -16,7 +16,9 @@ use crate::forced_record::ForcedRecord;
 use crate::forced_start::{Starts, is_refused, refused_band_hz};
 use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::modal_response::{InputKind, OutputQuantity, Pole};
-use crate::mode_gates::{NotLinear, held_out_sum, is_confirmed, refusal_of_last, refusal_within};
+use crate::mode_gates::{
+    NotLinear, held_out_sum, is_confirmed, is_impact_test, refusal_of_last, refusal_within,
+};
 use crate::result::{ModelStep, Rejected};
 use crate::separable::{Projected, fit, fit_covariance, fit_roughly, sum_of_squares_at};
 use crate::time_shifts::{ClockJumps, refitted};
@@ -72,6 +74,8 @@ const SHARE_OF_A_DETAIL: f64 = 0.02;
 const MOST_OF_A_TWIN: f64 = 0.8;
 /// How far apart two modes of a structure that goes with its amplitude are one.
 const WITHIN_THE_PEAK: f64 = 0.25;
+/// Share of what is left of an impact test that a change of a mode must explain.
+const OF_BLOWS: f64 = 0.8;
 /// A mode without which this many times as much is left needs no confirmation.
 const CERTAIN: f64 = 50.0;
 /// Residuals 80 dB below the output are what interpolating the input between its samples leaves, not modes.
@@ -412,6 +416,8 @@ impl Chosen<'_> {
         let of_time = in_time(&self.model, &self.minimum, mode);
         let clock = ClockJumps::of(&self.model, &self.minimum);
         let (change, explained) = judged(before, of_amplitude, of_time, &clock)?;
+        // What the samples of a blow miss of it changes from blow to blow.
+        let least = if is_impact_test(&self.model) { least.max(OF_BLOWS * before) } else { least };
         (explained > least.max(0.0)).then_some((None, change))
     }
 

@@ -112,6 +112,13 @@ fn a_linear_machine_has_its_modes_and_is_never_called_not_linear() {
     assert_eq!(all.right, all.all, "{all:?}");
 }
 
+/// A few samples show each blow, and what is wrong between them changes from blow to blow.
+#[test]
+fn a_linear_machine_that_is_struck_is_not_said_to_change_with_amplitude_or_time() {
+    let all = grid(0.0, &[Change::Softens], &[Drive::Blows], &[0.0, 0.3, 2.0, 10.0], seeds(2));
+    assert_eq!((all.with_amplitude, all.not_constant), (0, 0), "{all:?}");
+}
+
 #[test]
 fn a_mode_that_goes_with_its_amplitude_is_one_and_told() {
     for (change_pct, noises_pct) in [(3.0, [0.0]), (10.0, [0.3])] {
@@ -125,4 +132,13 @@ fn a_mode_that_goes_with_its_amplitude_is_one_and_told() {
 fn a_change_of_a_hundredth_makes_no_second_mode() {
     let all = grid(1.0, &CHANGES, &DRIVES, &[2.0], seeds(1));
     assert!(all.right * 10 >= all.all * 9, "{all:?}");
+}
+
+/// Who passes a resonance once sees its amplitude and its time change together. A sweep may have passed it
+/// before it jumps, and then shows nothing.
+#[test]
+fn a_mode_that_jumps_at_a_moment_is_not_said_to_go_with_its_amplitude() {
+    let all = grid(2.0, &[Change::Jumps], &DRIVES, &[1.0], seeds(2));
+    assert_eq!(all.with_amplitude, 0, "{all:?}");
+    assert!(all.not_constant * 10 >= all.all * 7, "{all:?}");
 }

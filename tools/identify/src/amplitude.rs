@@ -46,8 +46,10 @@ impl AmplitudeChange {
     /// The change of the mode at `mode_hz`, in words.
     pub(crate) fn words(&self, mode_hz: f64) -> String {
         format!(
-            "the {} of the mode at {mode_hz:.4} Hz is {:.6} at amplitude {:.2e} and {:.6} at {:.2e} ({:.1} standard errors apart)",
-            self.quantity.words(),
+            "the {} of the mode at {mode_hz:.4} Hz {} by {:.2} %, from {:.6} at amplitude {:.2e} to {:.6} at {:.2e} ({:.1} standard errors)",
+            self.quantity.plain_words(),
+            if self.large.value < self.small.value { "falls" } else { "rises" },
+            100.0 * (self.large.value / self.small.value - 1.0).abs(),
             self.small.value,
             self.small_amplitude,
             self.large.value,
@@ -62,7 +64,7 @@ impl AmplitudeChange {
 pub(crate) const CLEAR: f64 = 4.0;
 pub(crate) const CLEAR_WHERE_BENT: f64 = 2.0;
 /// Shares of frequency and of damping from which it matters to a shaper.
-const MATTERS: [f64; 2] = [0.001, 0.1];
+pub(crate) const MATTERS: [f64; 2] = [0.001, 0.1];
 /// Amplitudes must differ by this factor.
 const APART: f64 = 1.3;
 /// Errors, as shares, above which a point of the curve says nothing.
@@ -97,6 +99,27 @@ pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeCha
         counts.then_some(AmplitudeChange { quantity, small, large, small_amplitude, large_amplitude })
     });
     pairs.collect()
+}
+
+/// The changes with the amplitude of a forced record's stretches, less those that go with time as well as with
+/// the amplitude.
+pub(crate) fn changes_not_in_time(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
+    let third = points.len().div_ceil(3);
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.window_s[0].total_cmp(&b.window_s[0]));
+    let in_time = |pick: Pick| {
+        let (early, late) = (&sorted[..third], &sorted[sorted.len() - third..]);
+        mean(early.iter().map(pick)).distance(&mean(late.iter().map(pick)))
+    };
+    let mut found = changes(points, clear);
+    found.retain(|change| {
+        let pick: Pick = match change.quantity {
+            Quantity::FrequencyHz => |point| point.frequency_hz,
+            Quantity::DampingRatio => |point| point.damping_ratio,
+        };
+        change.small.distance(&change.large) > in_time(pick)
+    });
+    found
 }
 
 /// The plain mean: weighing by error would weigh the middle of the curve, where points are sharpest.

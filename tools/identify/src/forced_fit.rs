@@ -9,6 +9,7 @@
 
 use stillbeam_recording::Recording;
 
+use crate::amplitude_law::Dependence;
 use crate::died_away::until_died_away;
 use crate::error::IdentifyError;
 use crate::forced_record::ForcedRecord;
@@ -116,17 +117,50 @@ pub fn identify_forced_together(
         return Err(IdentifyError::SameColumn { recording, column });
     }
     let records = forced_records(recordings, options, true)?;
-    let starts = Starts::new(&records);
-    let mut chosen = choose(&records, &starts, options)?;
     if records.iter().any(|record| record.quieted) {
-        let as_recorded = forced_records(recordings, options, false)?;
-        if chosen.explains_less_than(&as_recorded) {
-            let starts = Starts::new(&as_recorded);
-            return report_or_fewer(choose(&as_recorded, &starts, options)?, &starts, options);
-        }
-        let quieted = chosen.model.records.iter().filter(|record| record.quieted);
-        chosen.remarks = quieted.map(|record| record.quieted_remark()).collect();
+        return impact_modes(&records, &forced_records(recordings, options, false)?, options);
     }
+    linearised(&records, options, Vec::new(), ROUNDS)
+}
+
+/// How often something that goes with an amplitude is taken out, or taken out better.
+const ROUNDS: usize = 6;
+
+/// The modes of records of which what goes with the amplitude of the known modes is taken out; with more of
+/// those, where the choice of modes finds more.
+fn linearised(
+    records: &[ForcedRecord],
+    options: &ForcedOptions,
+    mut known: Vec<Dependence>,
+    rounds: usize,
+) -> Result<IdentifiedModes, IdentifyError> {
+    let starts = Starts::new(records);
+    let mut chosen = choose(records, &starts, options, (known.clone(), rounds > 0))?;
+    let Some((place, found)) = chosen.new_dependence.take() else {
+        return report_or_fewer(chosen, &starts, options);
+    };
+    let mut records = records.to_vec();
+    if let Some(place) = place {
+        known.remove(place).give_back_to(&mut records);
+    }
+    found.take_out_of(&mut records);
+    known.push(found);
+    linearised(&records, options, known, rounds - 1)
+}
+
+/// The modes of an impact test, with or without the force's noise between the blows: what explains more.
+fn impact_modes(
+    quieted: &[ForcedRecord],
+    as_recorded: &[ForcedRecord],
+    options: &ForcedOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
+    let starts = Starts::new(quieted);
+    let mut chosen = choose(quieted, &starts, options, (Vec::new(), false))?;
+    if chosen.explains_less_than(as_recorded) {
+        return linearised(as_recorded, options, Vec::new(), ROUNDS);
+    }
+    let quieted = chosen.model.records.iter().filter(|record| record.quieted);
+    chosen.remarks = quieted.map(|record| record.quieted_remark()).collect();
     report_or_fewer(chosen, &starts, options)
 }
 

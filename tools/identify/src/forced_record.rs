@@ -59,6 +59,8 @@ pub(crate) struct ForcedRecord {
     pub(crate) time_s: Vec<f64>,
     /// The output there.
     pub(crate) output: Vec<f64>,
+    /// What was taken out of it because it goes with the amplitude of a mode; empty where nothing was.
+    pub(crate) taken_out: Vec<f64>,
     /// Stamp that the times count from, s.
     pub(crate) origin_s: f64,
     /// Whether the force's noise between blows was taken out.
@@ -71,9 +73,9 @@ pub(crate) struct ForcedRecord {
 /// Units whose meaning as an input is plain.
 fn input_kind(unit: &str) -> Option<InputKind> {
     match unit {
-        "N" => Some(InputKind::Force),
-        "m" => Some(InputKind::BasePosition),
-        "m_s2" => Some(InputKind::BaseAcceleration),
+        "N" | "mN" | "kN" => Some(InputKind::Force),
+        "m" | "cm" | "mm" | "um" => Some(InputKind::BasePosition),
+        "m_s2" | "mm_s2" | "g" => Some(InputKind::BaseAcceleration),
         _ => None,
     }
 }
@@ -199,6 +201,7 @@ impl ForcedRecord {
             quieted,
             time_s,
             output: values,
+            taken_out: Vec::new(),
             origin_s,
             warnings,
             left_out,
@@ -207,7 +210,9 @@ impl ForcedRecord {
 
     /// Whether the output is the absolute position, base motion included (`tip_position_m`).
     pub(crate) fn output_is_absolute(&self) -> bool {
-        self.output_column == "tip_position_m" && self.input_kind == InputKind::BasePosition
+        self.output_column == "tip_position_m"
+            && self.input_kind == InputKind::BasePosition
+            && unit_of(&self.input_column) == "m"
     }
 
     /// Input times that belong to the output's stamps when the output comes that much later.
@@ -234,11 +239,18 @@ impl ForcedRecord {
             output_column: self.output_column.clone(),
             input: self.input.between(ends[0], ends[1]),
             output: self.output[rows].to_vec(),
+            taken_out: Vec::new(),
             warnings: Vec::new(),
             left_out: Vec::new(),
             time_s,
             ..*self
         }
+    }
+
+    /// The output as it was recorded, or anything beside it that lacks what was taken out.
+    pub(crate) fn with_taken_out(&self, values: impl Iterator<Item = f64>) -> Vec<f64> {
+        let taken_out = self.taken_out.iter().copied().chain(std::iter::repeat(0.0));
+        values.zip(taken_out).map(|(value, more)| value + more).collect()
     }
 
     /// What was done to the force of an impact test, as an entry among what is not in the result.

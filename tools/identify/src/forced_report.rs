@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::aliasing::{Image, image_of};
-use crate::amplitude::{CLEAR, of_forced};
+use crate::amplitude::{CLEAR, changes_not_in_time, of_forced};
 use crate::decay_modes::Uniform;
 use crate::driven_lines::DrivenLines;
 use crate::error::IdentifyError;
@@ -71,6 +71,14 @@ pub(crate) fn report(
     let mut modes: Vec<IdentifiedMode> =
         (0..model.modes).map(|mode| identified_mode(model, &refined, mode, starts)).collect();
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    for dependence in &chosen.dependences {
+        let away =
+            |mode: &&mut IdentifiedMode| (mode.frequency_hz.value / dependence.mean.frequency_hz).ln().abs();
+        if let Some(mode) = modes.iter_mut().min_by(|a, b| away(a).total_cmp(&away(b))) {
+            mode.go_with_amplitude(dependence.points.clone(), dependence.changes.clone());
+        }
+    }
+    let changes = told_changes(chosen, &mut modes);
     let opinions = opinions(model, &refined, starts, cross_checks);
     for mode in modes.iter_mut().filter(|_| cross_checks) {
         mode.cross_checks.extend(opinions.of(mode));
@@ -82,7 +90,10 @@ pub(crate) fn report(
     }
     let mut rejected = chosen.rejected.clone();
     rejected.extend(chosen.remarks.iter().cloned());
-    let not_linear = not_linear_warnings(chosen);
+    let not_linear: Vec<Warning> = match changes.is_empty() {
+        true => not_linear_warnings(chosen),
+        false => changes,
+    };
     rejected.extend(opinions.rejected(&modes));
     rejected.extend(model.records.iter().flat_map(|record| record.left_out.clone()));
     let span = span(model, &chosen.minimum);
@@ -126,7 +137,7 @@ pub(crate) fn report(
     };
     let delay = 2 * model.modes;
     let first = &model.records[0];
-    let fitted = first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e).collect();
+    let fitted = first.with_taken_out(first.output.iter().zip(&refined.residuals).map(|(y, e)| y - e));
     Ok(IdentifiedModes {
         schema_version: SCHEMA_VERSION,
         linearity: Linearity::of(&modes).and_near(&not_linear),
@@ -167,10 +178,45 @@ pub(crate) fn report(
         warnings: merged(warnings),
         fit: FitTrace {
             time_s: first.time_s.iter().map(|t| t + first.origin_s).collect(),
-            measured: first.output.clone(),
+            measured: first.with_taken_out(first.output.iter().copied()),
             fitted,
         },
     })
+}
+
+/// What changes modes in time, or with their amplitude or in time, each mode once; what their stretches seem to
+/// say of the amplitude is dropped there, and their boxes hold all that they go through.
+fn told_changes(chosen: &Chosen<'_>, modes: &mut [IdentifiedMode]) -> Vec<Warning> {
+    let mut told = Vec::new();
+    let mut hit = vec![false; modes.len()];
+    let in_time = chosen.in_time.iter().rev().map(|one| {
+        let warning = WarningKind::NotConstantNear {
+            before_hz: one.before.frequency_hz,
+            after_hz: one.after.frequency_hz,
+            before_damping: one.before.damping_ratio,
+            after_damping: one.after.damping_ratio,
+            at_s: one.at_s,
+        };
+        (vec![one.before, one.after], warning)
+    });
+    let unclear = chosen.dependences.iter().filter(|one| one.is_unclear).map(|one| {
+        let poles = one.points.iter().map(|point| Pole {
+            frequency_hz: point.frequency_hz.value,
+            damping_ratio: point.damping_ratio.value,
+        });
+        (poles.collect(), WarningKind::NotLinearOrNotConstantNear { frequency_hz: one.mean.frequency_hz })
+    });
+    for (poles, warning) in unclear.chain(in_time) {
+        let Some(first) = poles.first() else { continue };
+        let away = |k: &usize| (modes[*k].frequency_hz.value / first.frequency_hz).ln().abs();
+        let Some(nearest) = (0..modes.len()).min_by(|a, b| away(a).total_cmp(&away(b))) else { continue };
+        if std::mem::replace(&mut hit[nearest], true) {
+            continue;
+        }
+        modes[nearest].hold(&poles);
+        told.push(Warning::from(warning));
+    }
+    told
 }
 
 /// Where the choice found what no further mode may explain; each place once, the worst first.
@@ -229,7 +275,7 @@ fn record_fit(
         rows: rows.len(),
         offset: Estimate { value: refined.coefficients[offset], stderr: refined.coefficient_stderr(offset) },
         residual_rms,
-        fit_percent: fit_percent(&record.output, residual_rms),
+        fit_percent: fit_percent(&record.with_taken_out(record.output.iter().copied()), residual_rms),
         window_s: ends.map(|end| end.map_or(0.0, |t| t + record.origin_s)),
     }
 }
@@ -250,7 +296,9 @@ fn identified_mode(
     }
     let largest = contribution.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
     let participation = Estimate { value: refined.coefficients[at], stderr: refined.coefficient_stderr(at) };
-    IdentifiedMode {
+    let points = of_forced(model, &refined.parameters, mode);
+    let changes = changes_not_in_time(&points, CLEAR);
+    let mut identified = IdentifiedMode {
         frequency_hz: Estimate {
             value: pole.frequency_hz,
             stderr: pole.frequency_hz * refined.stderr(2 * mode),
@@ -278,8 +326,9 @@ fn identified_mode(
         by_amplitude: Vec::new(),
         amplitude_changes: Vec::new(),
         uncertainty_box: UncertaintyBox::default(),
-    }
-    .with_amplitudes(of_forced(model, &refined.parameters, mode), Some(CLEAR))
+    };
+    identified.go_with_amplitude(points, changes);
+    identified
 }
 
 /// Warnings about one mode.
@@ -397,15 +446,7 @@ mod tests {
             |parameter: Parameter| Parameter { lower: parameter.start, upper: parameter.start, ..parameter };
         let fixed: Vec<Parameter> = model.parameters(&poles, 0.0, None).into_iter().map(stay).collect();
         let minimum = fit(&model, &fixed).unwrap();
-        let chosen = Chosen {
-            model,
-            minimum,
-            steps: Vec::new(),
-            rejected: Vec::new(),
-            not_linear: Vec::new(),
-            remarks: Vec::new(),
-        };
-        report(&chosen, &Starts::new(&records), false)
+        report(&Chosen::new(model, minimum), &Starts::new(&records), false)
     }
 
     #[test]

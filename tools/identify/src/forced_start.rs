@@ -1,12 +1,14 @@
 //! Where the search for a forced mode starts: peaks of the averaged frequency response and of the spectrum of
 //! what is left, refined by a coarse scan of the time-domain sum of squares.
 
+use rustfft::num_complex::Complex64;
+
 use crate::column::Column;
 use crate::forced_model::{ForcedModel, MAX_DAMPING, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::frf::UniformRecord;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
-use crate::modal_response::Pole;
+use crate::modal_response::{InputKind, Pole};
 use crate::poles::{MethodMode, Survey, survey_forced};
 use crate::responses::Frf;
 use crate::result::{CrossCheck, Estimate};
@@ -21,6 +23,10 @@ pub(crate) struct Spectral {
     pub(crate) record: UniformRecord,
     segment: usize,
     spectra: CrossSpectra,
+    /// What drives the modes where that is not the input itself: the acceleration of a base whose position is
+    /// recorded. A sweep of constant acceleration moves the base least where it is fastest.
+    drive: Option<Vec<f64>>,
+    drive_density: Vec<f64>,
     pub(crate) frf: Frf,
 }
 
@@ -41,6 +47,8 @@ const ABOVE_FLOOR: f64 = 25.0;
 const AROUND: f64 = 1.5;
 /// Input density, relative to its largest, below which a frequency counts as not excited.
 const EXCITED: f64 = 1e-4;
+/// The same of the base's acceleration, which a sensor's noise in its position reaches sooner.
+const DRIVEN: f64 = 1e-2;
 /// The damping that the scan assumes: wide enough a basin that a coarse grid of frequencies finds it.
 const SCAN_DAMPING: f64 = 0.02;
 /// Dampings of which the best one becomes the second start.
@@ -62,24 +70,32 @@ impl Spectral {
         let segment = (count / SEGMENTS).max(8);
         let spectra = CrossSpectra::welch(&input, &output, interval_s, segment, Window::Hamming);
         let frf = spectra.clone().frf();
+        let drive = (record.input_kind == InputKind::BasePosition).then(|| {
+            let input = record.input.sample(grid_s.iter().copied());
+            input.into_iter().map(|[_, _, second]| -second).collect::<Vec<f64>>()
+        });
+        let drive_density = drive.as_ref().map_or(Vec::new(), |drive| {
+            CrossSpectra::welch(drive, &output, interval_s, segment, Window::Hamming).input
+        });
         let record = UniformRecord { input, output, interval_s };
-        Self { grid_s, record, segment, spectra, frf }
+        Self { grid_s, record, segment, spectra, drive, drive_density, frf }
     }
 
     pub(crate) fn nyquist_hz(&self) -> f64 {
         0.5 / self.record.interval_s
     }
 
-    /// Lowest and highest frequency at which the input's density, of itself or of its acceleration-like
-    /// rise with frequency, is noticeable.
+    /// Lowest and highest frequency at which the density of the input, or of the base's acceleration where
+    /// its position is the input, is noticeable.
     pub(crate) fn excited_band_hz(&self) -> [f64; 2] {
-        let input = &self.spectra.input;
         let frequency = &self.spectra.frequency_hz;
         let mut band = [f64::INFINITY, 0.0];
-        let top = input.iter().skip(1).fold(0.0_f64, |top, value| top.max(*value));
-        for (f, value) in frequency.iter().zip(input).skip(1) {
-            if *value >= EXCITED * top {
-                band = [band[0].min(*f), band[1].max(*f)];
+        for (density, share) in [(&self.spectra.input, EXCITED), (&self.drive_density, DRIVEN)] {
+            let top = density.iter().skip(1).fold(0.0_f64, |top, value| top.max(*value));
+            for (f, value) in frequency.iter().zip(density).skip(1) {
+                if *value >= share * top {
+                    band = [band[0].min(*f), band[1].max(*f)];
+                }
             }
         }
         let bin = self.bin_hz();
@@ -137,9 +153,14 @@ impl Spectral {
     }
 }
 
-/// Whether a frequency is one of those that were refused.
-pub(crate) fn is_refused(hz: f64, refused_hz: &[f64]) -> bool {
-    refused_hz.iter().any(|refused| (hz / refused).ln().abs() < AWAY_FROM_REFUSED)
+/// Whether a frequency lies in a band that was refused.
+pub(crate) fn is_refused(hz: f64, refused_hz: &[[f64; 2]]) -> bool {
+    refused_hz.iter().any(|[low, high]| (low..=high).contains(&&hz))
+}
+
+/// The band around a frequency that was refused, Hz.
+pub(crate) fn refused_band_hz(hz: f64) -> [f64; 2] {
+    [-AWAY_FROM_REFUSED, AWAY_FROM_REFUSED].map(|away| hz * away.exp())
 }
 
 /// How far, as a share of the frequency, a start keeps from what was refused.
@@ -173,13 +194,13 @@ impl Starts {
     }
 
     /// Two starts for one more mode: the best frequency of the scan, and the best of the classical methods'
-    /// modes and the scan's frequency with other dampings; none near a frequency that was refused.
+    /// modes and the scan's frequency with other dampings; none in a band that was refused.
     pub(crate) fn start_mode(
         &self,
         model: &ForcedModel,
         parameters: &[f64],
         residuals: &[f64],
-        refused_hz: &[f64],
+        refused_hz: &[[f64; 2]],
     ) -> Vec<Start> {
         let delay_s = model.delay_s(parameters);
         let thin = ForcedModel { records: &self.thinned, ..*model };
@@ -297,33 +318,14 @@ fn around(
 /// most.
 fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> Vec<Candidate> {
     let output = resample(&record.time_s, residuals, &spectral.grid_s);
-    let spectra = CrossSpectra::welch(
-        &spectral.record.input,
-        &output,
-        spectral.record.interval_s,
-        spectral.segment,
-        Window::Hamming,
-    );
-    let top = spectra.input.iter().fold(0.0_f64, |top, value| top.max(*value));
-    let rank = |exponent: f64| {
-        let values: Vec<f64> = spectra
-            .cross
-            .iter()
-            .zip(&spectra.input)
-            .map(
-                |(cross, input)| {
-                    if *input > EXCITED * top { cross.norm() / input.powf(exponent) } else { 0.0 }
-                },
-            )
-            .collect();
-        peaks(&values, 2).into_iter().take(CANDIDATES)
-    };
-    let mut bins: Vec<usize> = rank(1.0).chain(rank(0.5)).collect();
+    let by_input = responding_bins(&spectral.record.input, &output, spectral, EXCITED);
+    let by_drive = spectral.drive.iter().flat_map(|drive| responding_bins(drive, &output, spectral, DRIVEN));
+    let mut bins: Vec<usize> = by_input.into_iter().chain(by_drive).collect();
     bins.sort_unstable();
     bins.dedup();
     let bin_hz = spectral.bin_hz();
     let mut found: Vec<Candidate> =
-        bins.into_iter().map(|bin| Candidate { frequency_hz: spectra.frequency_hz[bin], bin_hz }).collect();
+        bins.into_iter().map(|bin| Candidate { frequency_hz: bin as f64 * bin_hz, bin_hz }).collect();
     let ringing = if rests(&spectral.record.input) { ringing(&output, spectral) } else { Vec::new() };
     for other in ringing {
         let is_tried = |known: &Candidate| (known.frequency_hz - other.frequency_hz).abs() <= AROUND * bin_hz;
@@ -332,6 +334,22 @@ fn candidates(residuals: &[f64], record: &ForcedRecord, spectral: &Spectral) -> 
         }
     }
     found
+}
+
+/// Bins of the spectrum at which an output responds most to what drives it, by response and by coherent
+/// output.
+fn responding_bins(driving: &[f64], output: &[f64], spectral: &Spectral, excited: f64) -> Vec<usize> {
+    let interval_s = spectral.record.interval_s;
+    let spectra = CrossSpectra::welch(driving, output, interval_s, spectral.segment, Window::Hamming);
+    let top = spectra.input.iter().fold(0.0_f64, |top, value| top.max(*value));
+    let rank = |exponent: f64| {
+        let value = |(cross, input): (&Complex64, &f64)| {
+            if *input > excited * top { cross.norm() / input.powf(exponent) } else { 0.0 }
+        };
+        let values: Vec<f64> = spectra.cross.iter().zip(&spectra.input).map(value).collect();
+        peaks(&values, 2).into_iter().take(CANDIDATES)
+    };
+    rank(1.0).chain(rank(0.5)).collect()
 }
 
 /// Whether the input stays where it is for a good part of the record.

@@ -8,6 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::forced_record::ForcedRecord;
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
+use crate::modal_response::InputKind;
 use crate::result::Rejected;
 use crate::spectra::{CrossSpectra, Window};
 
@@ -17,6 +18,8 @@ const LONG: usize = 8192;
 const SEGMENTS: usize = 16;
 /// Density of the input, relative to its largest, at which it has ended.
 const EXCITED: f64 = 1e-3;
+/// The same of the acceleration of a base whose position is recorded, which a sensor's noise reaches sooner.
+const DRIVEN: f64 = 1e-2;
 /// Share of the output's power that has to lie below the band's end.
 const POWER: f64 = 0.98;
 /// Output samples per period of the band's end, and input samples, which a spline has to follow.
@@ -50,7 +53,13 @@ fn coarser(record: &ForcedRecord, interpolation: InputInterpolation) -> Option<F
     let sampled = |times: &[f64]| -> Vec<f64> {
         record.input.sample(times.iter().copied()).into_iter().map(|value| value[0]).collect()
     };
-    let top_hz = band_end_hz(&sampled(&record.time_s), &record.output, interval_s)?;
+    let mut top_hz = band_end_hz(&sampled(&record.time_s), &record.output, interval_s, EXCITED)?;
+    if record.input_kind == InputKind::BasePosition {
+        // What drives the modes is the base's acceleration.
+        let drive = record.input.sample(record.time_s.iter().copied());
+        let drive: Vec<f64> = drive.into_iter().map(|[_, _, second]| second).collect();
+        top_hz = top_hz.max(band_end_hz(&drive, &record.output, interval_s, DRIVEN)?);
+    }
     let rate_hz = 1.0 / interval_s;
     let stride = (rate_hz / (OUTPUT_SAMPLES * top_hz)) as usize;
     let input_stride = ((rate_hz / (INPUT_SAMPLES * top_hz)) as usize).max(1);
@@ -108,10 +117,10 @@ fn even_interval(time_s: &[f64]) -> Option<f64> {
 }
 
 /// The frequency above which the input excites nothing and the output holds next to nothing, Hz.
-fn band_end_hz(input: &[f64], output: &[f64], interval_s: f64) -> Option<f64> {
+fn band_end_hz(input: &[f64], output: &[f64], interval_s: f64, excited: f64) -> Option<f64> {
     let spectra = CrossSpectra::welch(input, output, interval_s, output.len() / SEGMENTS, Window::Hann);
     let top = spectra.input.iter().skip(2).fold(0.0_f64, |top, value| top.max(*value));
-    let last_excited = spectra.input.iter().rposition(|value| *value >= EXCITED * top)?;
+    let last_excited = spectra.input.iter().rposition(|value| *value >= excited * top)?;
     let power: f64 = spectra.output.iter().skip(2).sum();
     let mut below = 0.0;
     let last_heard = spectra.output.iter().skip(2).position(|value| {

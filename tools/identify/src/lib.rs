@@ -28,6 +28,7 @@
 
 mod aliasing;
 mod amplitude;
+mod amplitude_law;
 mod band_models;
 mod column;
 mod common_clock;

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::result::IdentifiedMode;
-use crate::warnings::Warning;
+use crate::warnings::{Warning, WarningKind};
 
 /// Whether the structure answered as a linear one, as far as the records can tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -14,8 +14,10 @@ pub enum LinearityVerdict {
     NotTested,
     /// Modes were seen at different amplitudes and stayed the same.
     Linear,
-    /// A mode's frequency or damping goes with its amplitude.
+    /// A mode's frequency or damping goes with its amplitude, or may do so.
     NotLinear,
+    /// A mode's frequency or damping changes while the record runs, whatever its amplitude.
+    NotConstant,
 }
 
 /// The verdict, and a sentence with its numbers.
@@ -71,7 +73,10 @@ impl Linearity {
         match (self.verdict, places.first()) {
             (LinearityVerdict::NotLinear, _) | (_, None) => self,
             (_, Some(place)) => Self {
-                verdict: LinearityVerdict::NotLinear,
+                verdict: match place.kind {
+                    WarningKind::NotConstantNear { .. } => LinearityVerdict::NotConstant,
+                    _ => LinearityVerdict::NotLinear,
+                },
                 statement: format!("The structure is {}.", place.message),
             },
         }

@@ -217,6 +217,11 @@ fn stretches(model: &ForcedModel<'_>) -> Parts {
     Parts { rows: all, are_blows }
 }
 
+/// Whether the records are those of an impact test.
+pub(crate) fn is_impact_test(model: &ForcedModel<'_>) -> bool {
+    stretches(model).are_blows
+}
+
 /// Normal equations of some stretches.
 struct Normal {
     products: DMatrix<f64>,

@@ -7,6 +7,7 @@ use crate::aliasing::Image;
 use crate::amplitude::{AmplitudeChange, AmplitudePoint};
 use crate::levenberg_marquardt::StopReason;
 use crate::linearity::Linearity;
+use crate::modal_response::Pole;
 use crate::modes_file::BOX_STANDARD_ERRORS;
 use crate::poles::{MethodMode, Survey};
 use crate::record_kind::RecordKind;
@@ -149,8 +150,14 @@ impl IdentifiedMode {
     /// Gives the mode its course over amplitude, what changes there by more than `clear` standard errors
     /// (`None` where nothing is known to change), and the box.
     pub(crate) fn with_amplitudes(mut self, points: Vec<AmplitudePoint>, clear: Option<f64>) -> Self {
-        self.amplitude_changes =
-            clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();
+        let changes = clear.map(|clear| crate::amplitude::changes(&points, clear)).unwrap_or_default();
+        self.go_with_amplitude(points, changes);
+        self
+    }
+
+    /// Gives the mode its course over amplitude, what changes there, and the box that holds both.
+    pub(crate) fn go_with_amplitude(&mut self, points: Vec<AmplitudePoint>, changes: Vec<AmplitudeChange>) {
+        self.amplitude_changes = changes;
         self.by_amplitude = points;
         let mut area = UncertaintyBox::of(&self.frequency_hz, &self.damping_ratio);
         for change in &self.amplitude_changes {
@@ -163,7 +170,18 @@ impl IdentifiedMode {
             }
         }
         self.uncertainty_box = area;
-        self
+    }
+
+    /// Says nothing of the amplitude, and has a box that holds these poles as well.
+    pub(crate) fn hold(&mut self, poles: &[Pole]) {
+        let points = std::mem::take(&mut self.by_amplitude);
+        self.go_with_amplitude(points, Vec::new());
+        let wider = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
+        let area = &mut self.uncertainty_box;
+        for pole in poles {
+            area.frequency_hz = wider(area.frequency_hz, pole.frequency_hz);
+            area.damping_ratio = wider(area.damping_ratio, pole.damping_ratio);
+        }
     }
 
     /// Warnings about the dependence on amplitude, weakness and aliasing.

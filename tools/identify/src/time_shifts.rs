@@ -6,6 +6,11 @@
 //! residual on the fitted output's rate from there on, less its part along the fit's columns and tangents.
 
 use crate::column::Column;
+use crate::forced_model::{ForcedModel, pole};
+use crate::forced_record::ForcedRecord;
+use crate::levenberg_marquardt::{Minimum, Parameter};
+use crate::modal_response::Pole;
+use crate::separable::{Projected, fit_roughly, span, sum_of_squares_at};
 use crate::tall::{Orthonormal, dot};
 use crate::warnings::{Warning, WarningKind};
 
@@ -39,19 +44,8 @@ pub(crate) fn time_shift_warnings(
 ) -> Vec<Warning> {
     let time_s = &record.time_s;
     let rows = time_s.len();
-    if rows < 4 * BESIDE {
-        return Vec::new();
-    }
-    let interval_s = (time_s[rows - 1] - time_s[0]) / (rows - 1) as f64;
-    let even = |pair: &[f64]| (pair[1] - pair[0] - interval_s).abs() < 0.2 * interval_s;
-    if !time_s.windows(2).all(even) {
-        return Vec::new();
-    }
-    let rate = (0..rows).map(|k| {
-        let (before, after) = (k.saturating_sub(1), (k + 1).min(rows - 1));
-        (record.fitted[after] - record.fitted[before]) / (time_s[after] - time_s[before])
-    });
-    let rate = Column { start: record.first_row, values: rate.collect() };
+    let Some(interval_s) = even_interval_s(time_s) else { return Vec::new() };
+    let rate = Column { start: record.first_row, values: rate_of(time_s, &record.fitted) };
     let mut left = residuals.to_vec();
     let mut span = span.clone();
     let mut found = Vec::new();
@@ -74,6 +68,164 @@ pub(crate) fn time_shift_warnings(
         }));
     }
     found
+}
+
+/// What jumps of the clock explain of a record, as rivals of what a structure may do.
+#[derive(Debug, Default)]
+pub(crate) struct ClockJumps {
+    /// What is left with stamps that jump; `None` where no jump explains anything.
+    pub(crate) sum_of_squares: Option<f64>,
+    /// Whether all are whole intervals.
+    pub(crate) are_whole: bool,
+}
+
+/// Share of what is left that a jump must explain to be tried, and how many are.
+const TRIED: f64 = 0.1;
+const JUMPS: usize = 3;
+/// How far, in rows, a jump may be from where it seems to be to first order.
+const ROWS: usize = 8;
+/// Share of what a jump of any length explains that one of whole intervals must.
+const AS_GOOD: f64 = 0.99;
+
+impl ClockJumps {
+    /// The jumps that explain most of what a fit leaves, one after the other: the stamps from a row on are moved
+    /// and the records fitted anew.
+    pub(crate) fn of(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Self {
+        let intervals_s: Vec<Option<f64>> =
+            model.records.iter().map(|record| even_interval_s(&record.time_s)).collect();
+        let mut records = model.records.to_vec();
+        let mut found = found.clone();
+        let mut jumps = Self { sum_of_squares: None, are_whole: true };
+        for _ in 0..JUMPS {
+            let here = ForcedModel { records: &records, ..*model };
+            let Some(jump) = Jump::best(&here, &found, &intervals_s) else { break };
+            let (moved, again, is_whole) = match jump.tried(&here, &found) {
+                Some(tried) if tried.1.sum_of_squares < (1.0 - TRIED) * found.sum_of_squares => tried,
+                _ => break,
+            };
+            // Several jumps that are no whole intervals describe anything.
+            if !is_whole && jumps.sum_of_squares.is_some() {
+                break;
+            }
+            jumps =
+                Self { sum_of_squares: Some(again.sum_of_squares), are_whole: jumps.are_whole && is_whole };
+            (records, found) = (moved, again);
+        }
+        jumps
+    }
+}
+
+/// Where a record's clock may jump, and by how much.
+#[derive(Debug, Clone, Copy)]
+struct Jump {
+    record: usize,
+    row: usize,
+    intervals: f64,
+    interval_s: f64,
+    gain: f64,
+}
+
+impl Jump {
+    /// The jump of an even clock that explains most to first order.
+    fn best(
+        model: &ForcedModel<'_>,
+        found: &Minimum<Projected>,
+        intervals_s: &[Option<f64>],
+    ) -> Option<Self> {
+        let span = span(model, found);
+        let left = &found.point.residuals;
+        let jump =
+            |((record, (rows, own)), interval_s): ((usize, (std::ops::Range<usize>, &ForcedRecord)), _)| {
+                let interval_s: f64 = Option::clone(interval_s)?;
+                let here = &left[rows.clone()];
+                let fitted: Vec<f64> = own.output.iter().zip(here).map(|(y, e)| y - e).collect();
+                let rate = Column { start: rows.start, values: rate_of(&own.time_s, &fitted) };
+                let Step { row, shift_s, gain } = Step::best(left, &rate, &span)?;
+                (gain > TRIED * dot(here, here)).then_some(Self {
+                    record,
+                    row,
+                    intervals: shift_s / interval_s,
+                    interval_s,
+                    gain,
+                })
+            };
+        let jumps = model.rows().enumerate().zip(intervals_s).filter_map(jump);
+        jumps.max_by(|a, b| a.gain.total_cmp(&b.gain))
+    }
+
+    fn moved(&self, model: &ForcedModel<'_>) -> Vec<ForcedRecord> {
+        let mut records = model.records.to_vec();
+        let late_s = self.intervals * self.interval_s;
+        records[self.record].time_s.iter_mut().skip(self.row).for_each(|t| *t += late_s);
+        records
+    }
+
+    /// The records with the jump, their fit, and whether it is one of whole intervals.
+    fn tried(
+        &self,
+        model: &ForcedModel<'_>,
+        found: &Minimum<Projected>,
+    ) -> Option<(Vec<ForcedRecord>, Minimum<Projected>, bool)> {
+        let with = |jump: &Self| {
+            let records = jump.moved(model);
+            let found = refitted(&ForcedModel { records: &records, ..*model }, found)?;
+            Some((records, found))
+        };
+        let nearest = self.intervals.round();
+        let intervals = if nearest == 0.0 { self.intervals.signum() } else { nearest };
+        let whole = with(&Self { intervals, ..*self }).and_then(|(_, about)| {
+            // To first order the place is only about right.
+            let at_once = |jump: &Self| {
+                let records = jump.moved(model);
+                sum_of_squares_at(&ForcedModel { records: &records, ..*model }, &about.parameters)
+            };
+            let places = (0..=2 * ROWS).map(|k| (self.row + k).saturating_sub(ROWS).max(1));
+            let jumps = places.map(|row| Self { row, intervals, ..*self });
+            let sums = jumps.filter_map(|jump| Some((at_once(&jump)?, jump)));
+            sums.min_by(|a, b| a.0.total_cmp(&b.0)).and_then(|(_, jump)| with(&jump))
+        });
+        let free = with(self);
+        match (whole, free) {
+            (Some((_, whole)), Some((records, free)))
+                if found.sum_of_squares - whole.sum_of_squares
+                    < AS_GOOD * (found.sum_of_squares - free.sum_of_squares) =>
+            {
+                Some((records, free, false))
+            }
+            (Some((records, whole)), _) => Some((records, whole, true)),
+            (None, Some((records, free))) => Some((records, free, false)),
+            (None, None) => None,
+        }
+    }
+}
+
+/// A fit from where another one ended.
+pub(crate) fn refitted(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Option<Minimum<Projected>> {
+    let poles: Vec<Pole> = (0..model.modes).map(|mode| pole(&found.parameters, mode)).collect();
+    let rate_per_s = model.rate_per_s(&found.parameters);
+    let range: Vec<Parameter> = model.parameters(&poles, model.delay_s(&found.parameters), rate_per_s);
+    fit_roughly(model, &range)
+}
+
+/// The interval of stamps that are even, s.
+fn even_interval_s(time_s: &[f64]) -> Option<f64> {
+    let rows = time_s.len();
+    if rows < 4 * BESIDE {
+        return None;
+    }
+    let interval_s = (time_s[rows - 1] - time_s[0]) / (rows - 1) as f64;
+    let even = |pair: &[f64]| (pair[1] - pair[0] - interval_s).abs() < 0.2 * interval_s;
+    time_s.windows(2).all(even).then_some(interval_s)
+}
+
+/// The rate of what was fitted.
+fn rate_of(time_s: &[f64], fitted: &[f64]) -> Vec<f64> {
+    let rows = time_s.len();
+    let rate = (0..rows).map(|k| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(rows - 1));
+        (fitted[after] - fitted[before]) / (time_s[after] - time_s[before])
+    });
+    rate.collect()
 }
 
 /// From a row on, the record is early by a shift.

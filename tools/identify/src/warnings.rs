@@ -29,6 +29,14 @@ pub enum Quantity {
 }
 
 impl Quantity {
+    /// Without its unit, for changes in per cent.
+    pub(crate) fn plain_words(self) -> &'static str {
+        match self {
+            Self::FrequencyHz => "frequency",
+            Self::DampingRatio => "damping ratio",
+        }
+    }
+
     pub(crate) fn words(self) -> &'static str {
         match self {
             Self::FrequencyHz => "frequency (Hz)",
@@ -287,6 +295,25 @@ pub enum WarningKind {
         /// How many times the power beside it the fit leaves there.
         times_floor: f64,
     },
+    /// A mode's frequency or damping changes while the record runs, and that explains more than a change with
+    /// its amplitude.
+    NotConstantNear {
+        /// Frequency before, Hz.
+        before_hz: f64,
+        /// Frequency after, Hz.
+        after_hz: f64,
+        /// Damping ratio before.
+        before_damping: f64,
+        /// Damping ratio after.
+        after_damping: f64,
+        /// When it changes, s; `None` where it changes all the time.
+        at_s: Option<f64>,
+    },
+    /// A mode changes with its amplitude, in time or by the recorder's clock: the record cannot tell which.
+    NotLinearOrNotConstantNear {
+        /// Frequency of the mode, Hz.
+        frequency_hz: f64,
+    },
     /// The modes come from a power spectrum.
     FromPowerSpectrum {
         /// What it is, in words.
@@ -451,8 +478,10 @@ impl WarningKind {
                 small_amplitude,
                 large_amplitude,
             } => format!(
-                "mode at {mode_hz:.4} Hz: its {} goes from {small:.6} at amplitude {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart: the structure is not linear; `stillbeam diagnose` looks for the reason",
-                quantity.words(),
+                "not linear near {mode_hz:.3} Hz: the {} {} with amplitude by {:.2} %, from {small:.6} at {small_amplitude:.2e} to {large:.6} at {large_amplitude:.2e}, {:.1} standard errors apart; `stillbeam diagnose` looks for the reason",
+                quantity.plain_words(),
+                if large < small { "falls" } else { "rises" },
+                100.0 * (large / small - 1.0).abs(),
                 (small - large).abs() / stderr
             ),
             Self::FromPowerSpectrum { what, line_hz } => format!(
@@ -464,6 +493,18 @@ impl WarningKind {
             ),
             Self::NotLinearNear { frequency_hz, times_floor } => format!(
                 "not linear near {frequency_hz:.3} Hz: the fit leaves {times_floor:.0} times as much there as beside it, and a second mode there would only stand in for a frequency or damping that changes with amplitude or time; `stillbeam diagnose` looks for the reason"
+            ),
+            Self::NotConstantNear { before_hz, after_hz, before_damping, after_damping, at_s } => {
+                let when = match at_s {
+                    Some(at_s) => format!("around {at_s:.2} s"),
+                    None => "while the record runs".to_owned(),
+                };
+                format!(
+                    "not constant in time near {before_hz:.3} Hz: a mode that changes {when} from {before_hz:.4} Hz and a damping ratio of {before_damping:.5} to {after_hz:.4} Hz and {after_damping:.5} explains more than one that goes with its amplitude; the mode that is listed lies between; look for what changed (load, temperature, a joint), or fit the parts before and after on their own"
+                )
+            }
+            Self::NotLinearOrNotConstantNear { frequency_hz } => format!(
+                "not linear or not constant in time near {frequency_hz:.3} Hz: a mode that goes with its amplitude and something that changes with time (the mode, or the recorder's clock) explain this record about alike, and the record cannot tell which; record the same excitation again at half the amplitude"
             ),
             Self::StampsMayNotBeSeconds { recording, interval_s } => format!(
                 "{recording}: its samples are {interval_s:.4} s apart, so that nothing above {:.3} Hz is seen; if the stamps are milliseconds, divide them by 1000",

@@ -3,7 +3,8 @@
 mod synthetic;
 
 use stillbeam_identify::{
-    ForcedOptions, FreeDecayOptions, IdentifiedModes, WarningKind, identify_forced, identify_free_decay,
+    ForcedOptions, FreeDecayOptions, IdentifiedModes, LinearityVerdict, WarningKind, identify_forced,
+    identify_free_decay,
 };
 use stillbeam_recording::Recording;
 use synthetic::{Mode, Noise, Sweep, clean_sweep, noisy};
@@ -48,6 +49,31 @@ fn frames_lost_by_the_camera_of_a_sweep_are_counted_and_placed() {
                 0.01 * at as f64
             );
         }
+    }
+}
+
+/// Nobody says how many modes there are: what lost frames leave is no further mode and no law of the structure.
+#[test]
+fn lost_frames_are_no_mode_and_no_structure_that_is_not_linear() {
+    let options = ForcedOptions {
+        max_delay_s: 0.05,
+        cross_checks: false,
+        ..ForcedOptions::new("base_position_m", "tip_deflection_m")
+    };
+    for (sweep, count, at) in [
+        (Sweep::Linear, 1, 4000),
+        (Sweep::Linear, 2, 5500),
+        (Sweep::Exponential, 1, 5000),
+        (Sweep::Linear, 3, 3000),
+    ] {
+        let (time_s, clean) = clean_sweep(sweep, &beam(), 1);
+        let early: Vec<f64> = (0..clean.len())
+            .map(|k| clean[if k < at { k } else { (k + count).min(clean.len() - 1) }])
+            .collect();
+        let found = identify_forced(&noisy(sweep, &time_s, &early, 50e-6, count as u64), &options).unwrap();
+        assert_eq!(found.modes.len(), 2, "{count} {at}: {:?}", found.modes);
+        assert_eq!(found.linearity.verdict, LinearityVerdict::NotTested, "{:?}", found.linearity);
+        assert!(lost(&found).iter().any(|(n, _)| *n == count as i64), "{count} {at}: {:?}", found.warnings);
     }
 }
 

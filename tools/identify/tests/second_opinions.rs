@@ -4,8 +4,8 @@
 mod synthetic;
 
 use stillbeam_identify::{
-    ForcedOptions, FreeDecayOptions, IdentifiedModes, Rejected, WarningKind, identify_forced,
-    identify_free_decay,
+    ForcedOptions, FreeDecayOptions, IdentifiedModes, LinearityVerdict, Rejected, WarningKind,
+    identify_forced, identify_free_decay,
 };
 use stillbeam_recording::Recording;
 use synthetic::{Mode, Noise, Sweep, clean_sweep, noisy, ring_down};
@@ -93,6 +93,8 @@ fn a_mode_that_moves_makes_the_methods_disagree() {
         identify_forced(&noisy(Sweep::Exponential, &time_s, &mixed, 50e-6, 1), &options().with_modes(2))
             .unwrap();
     assert!(!disagreements(&found).is_empty(), "{:?}", found.modes);
+    assert_eq!(found.linearity.verdict, LinearityVerdict::NotConstant, "{:?}", found.linearity);
+    assert!(found.modes.iter().all(|mode| mode.amplitude_changes.is_empty()), "{:?}", found.modes);
 }
 
 #[test]

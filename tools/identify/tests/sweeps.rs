@@ -327,3 +327,16 @@ fn input_kind_can_be_stated_for_columns_in_other_units() {
     let [f, zeta, participation] = errors(&identify_forced(&record, &stated).unwrap(), &modes);
     assert!(f < 1e-5 && zeta < 1e-3 && participation < 1e-3);
 }
+
+/// Millimetres of an input are as plain as metres: a position of the base.
+#[test]
+fn an_input_in_millimetres_is_a_position_of_the_base() {
+    let modes = [Mode { frequency_hz: 4.0, damping_ratio: 0.02, participation: 0.7 }];
+    let (time_s, clean) = clean_sweep(Sweep::Linear, &modes, 2);
+    let position = time_s.iter().map(|t| 1e3 * Sweep::Linear.position(*t)).collect();
+    let tip = clean.iter().map(|y| 1e3 * y).collect();
+    let record = Recording::new("mm", time_s).with_column("ref_mm", position).with_column("tip_mm", tip);
+    let [f, zeta, participation] =
+        errors(&identify_forced(&record, &ForcedOptions::new("ref_mm", "tip_mm")).unwrap(), &modes);
+    assert!(f < 1e-5 && zeta < 1e-3 && participation < 1e-3, "{f} {zeta} {participation}");
+}

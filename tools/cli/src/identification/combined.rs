@@ -51,9 +51,11 @@ pub fn combine<'r>(
     };
     let modes: Vec<IdentifiedMode> = modes.into_iter().map(|mode| boxed(mode, results)).collect();
     let mut linearity = Linearity::of(&modes);
-    let alone = results.iter().map(|result| &result.linearity);
-    if let Some(bent) = alone.clone().find(|one| one.verdict == LinearityVerdict::NotLinear) {
-        linearity = bent.clone();
+    for verdict in [LinearityVerdict::NotConstant, LinearityVerdict::NotLinear] {
+        let mut alone = results.iter().map(|result| &result.linearity);
+        if let Some(bent) = alone.find(|one| one.verdict == verdict) {
+            linearity = bent.clone();
+        }
     }
     if let Some(first) = warnings.first().filter(|_| linearity.verdict != LinearityVerdict::NotLinear) {
         linearity = Linearity {

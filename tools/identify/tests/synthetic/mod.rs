@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 pub mod ambient;
+pub mod amplitude;
 pub mod bound;
 pub mod decays;
 pub mod free_base;

@@ -3,9 +3,11 @@
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
+use crate::adequacy::is_adequate;
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
+use crate::options::Options;
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::refit::{refit, refit_from};
 use crate::simulation::Hypothesis;
@@ -49,27 +51,47 @@ pub(crate) fn compare_from(
     settle(study, given, &first, floors)
 }
 
-/// The comparison with a model that was refitted on the held-out recordings too.
+/// The comparison with a model that was refitted on the held-out recordings too, where that leaves nothing but
+/// noise, and the study with the noise that is seen then.
 ///
 /// Training recordings may not show all of a machine: a mode that only a later sweep reaches is wherever
 /// noise has put it, and a right model fails on the held-out ones. Where one set of parameters leaves nothing
 /// but noise everywhere, nothing is missing.
-pub(crate) fn on_everything(
+pub(crate) fn adequate_on_everything(
     study: &Study,
     given: &Hypothesis,
     before: &Compared,
-) -> Result<Compared, DiagnoseError> {
-    let (fitted, undetermined) = refit(&study.everything(), given, &free_parameters(given))?;
-    let mut train = fitted.records.clone();
-    let held_out = train.split_off(study.train.len());
-    let sum_of_squares = train.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
-    Ok(Compared {
-        given: before.given.clone(),
-        refitted_on_all: OnAll { train: train.clone(), held_out },
-        refitted: Fitted { records: train, sum_of_squares, ..fitted },
-        floors: before.floors.clone(),
-        undetermined,
-    })
+    options: &Options,
+) -> Result<Option<(Study, Compared)>, DiagnoseError> {
+    let mut study = study.clone();
+    let candidates = free_parameters(given);
+    let (mut fitted, mut undetermined) = refit(&study.everything(), given, &candidates)?;
+    let mut floors = before.floors.clone();
+    let seen = study.floors(&study.split(&fitted));
+    // What a refit leaves of recordings on which it fails is taken for noise, at least in part.
+    if study.much_lower(&seen, &floors) {
+        study.weigh_by_floors(&seen);
+        (fitted, undetermined) = refit_from(&study.everything(), given, &candidates, &fitted)?;
+        floors = seen;
+    }
+    let refitted_on_all = study.split(&fitted);
+    if !is_adequate(&study.adequacies(&refitted_on_all, &floors), options) {
+        return Ok(None);
+    }
+    let records = refitted_on_all.train.clone();
+    let sum_of_squares = records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum();
+    let given = study.without_remainders().on_all(given, &[], &[])?;
+    let refitted = Fitted { records, sum_of_squares, ..fitted };
+    Ok(Some((study, Compared { given, refitted, refitted_on_all, floors, undetermined })))
+}
+
+impl Study {
+    /// The parts of a fit to everything.
+    fn split(&self, fitted: &Fitted) -> OnAll {
+        let mut train = fitted.records.clone();
+        let held_out = train.split_off(self.train.len());
+        OnAll { train, held_out }
+    }
 }
 
 /// The comparison with outputs weighted by these noise floors, which parameters are free decided anew: an

@@ -6,7 +6,7 @@ use stillbeam_plant::{Hold, Model};
 use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
-use crate::comparison::{Compared, compare, on_everything, settle};
+use crate::comparison::{Compared, adequate_on_everything, compare, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::held_command::{likelier, may_be_held};
@@ -103,6 +103,15 @@ fn diagnosed(
     };
     // Where nothing but noise is left, no law is looked for but what the readings themselves show.
     let mut nothing_left = is_exact || fits_noise(&study, &compared);
+    let mut saw_all = false;
+    if !nothing_left && is_trained(&study.adequacies(&compared.refitted_on_all, &compared.floors), options) {
+        say(SEEING_ALL, 0.1);
+        if let Some(everywhere) = adequate_on_everything(&study, &given, &compared, options)? {
+            (study, compared) = everywhere;
+            study.caps.push(REFITTED_ON_ALL.to_owned());
+            (nothing_left, saw_all) = (true, true);
+        }
+    }
     let mut linear = None;
     if !nothing_left {
         say("asking what else a linear machine may do", 0.15);
@@ -167,17 +176,16 @@ fn diagnosed(
         None
     };
     let selection = again.unwrap_or(selection);
-    let had_to_see_all = !refit_adequate && selection.chosen.laws.is_empty();
-    if had_to_see_all {
-        say("refitting the model on the held-out recordings too", 0.93);
-        let everywhere = on_everything(search.study, &given, &compared)?;
-        let everywhere_tests = search.study.adequacies(&everywhere.refitted_on_all, &everywhere.floors);
-        if is_adequate(&everywhere_tests, options) {
-            (compared, tests, refit_adequate) = (everywhere, everywhere_tests, true);
+    if !refit_adequate && selection.chosen.laws.is_empty() {
+        say(SEEING_ALL, 0.93);
+        saw_all = true;
+        if let Some((wider, everywhere)) = adequate_on_everything(search.study, &given, &compared, options)? {
+            (*search.study, compared, refit_adequate) = (wider, everywhere, true);
+            tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
             search.study.caps.push(REFITTED_ON_ALL.to_owned());
         }
     }
-    let stand_ins = if refit_adequate && selection.chosen.laws.is_empty() && !is_exact && !had_to_see_all {
+    let stand_ins = if refit_adequate && selection.chosen.laws.is_empty() && !is_exact && !saw_all {
         say("asking what parameters that moved too far stand for", 0.94);
         search.stand_ins(&selection.chosen)
     } else {
@@ -293,6 +301,16 @@ fn diagnosed(
         refitted_model: compared.refitted.hypothesis.model.clone(),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
     })
+}
+
+/// The step that looks at all recordings.
+const SEEING_ALL: &str = "refitting the model on the held-out recordings too";
+
+/// Whether nothing but noise is left on the training recordings.
+fn is_trained(tests: &[(Role, Adequacy)], options: &Options) -> bool {
+    let train: Vec<(Role, Adequacy)> =
+        tests.iter().filter(|(role, _)| *role == Role::Train).cloned().collect();
+    is_adequate(&train, options)
 }
 
 /// Said where the training recordings did not show enough of the machine.

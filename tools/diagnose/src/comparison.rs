@@ -51,8 +51,8 @@ pub(crate) fn compare_from(
     settle(study, given, &first, floors)
 }
 
-/// The comparison with a model that was refitted on the held-out recordings too, where that leaves nothing but
-/// noise, and the study with the noise that is seen then.
+/// The comparison with a model that was refitted on the held-out recordings too, where that leaves nothing
+/// but noise, and the study with the noise that is seen then.
 ///
 /// Training recordings may not show all of a machine: a mode that only a later sweep reaches is wherever
 /// noise has put it, and a right model fails on the held-out ones. Where one set of parameters leaves nothing

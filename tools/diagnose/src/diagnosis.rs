@@ -98,13 +98,12 @@ fn diagnosed(
     let mut compared = compare(&mut study, &given)?;
     study.draw_input_errors(&compared.refitted);
     let is_exact = study.is_exact(&compared.refitted_on_all);
-    let fits_noise = |study: &Study, compared: &Compared| {
-        is_adequate(&study.adequacies(&compared.refitted_on_all, &compared.floors), options)
-    };
+    let refit_tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
     // Where nothing but noise is left, no law is looked for but what the readings themselves show.
-    let mut nothing_left = is_exact || fits_noise(&study, &compared);
+    let mut nothing_left = is_exact || is_adequate(&refit_tests, options);
     let mut saw_all = false;
-    if !nothing_left && is_trained(&study.adequacies(&compared.refitted_on_all, &compared.floors), options) {
+    let asked_all = !nothing_left && is_trained(&refit_tests, options);
+    if asked_all {
         say(SEEING_ALL, 0.1);
         if let Some(everywhere) = adequate_on_everything(&study, &given, &compared, options)? {
             (study, compared) = everywhere;
@@ -176,7 +175,9 @@ fn diagnosed(
         None
     };
     let selection = again.unwrap_or(selection);
-    if !refit_adequate && selection.chosen.laws.is_empty() {
+    // The same question has the same answer, unless outputs are weighted otherwise by now.
+    let may_ask_all = !asked_all || search.weighed_again;
+    if !refit_adequate && selection.chosen.laws.is_empty() && may_ask_all {
         say(SEEING_ALL, 0.93);
         saw_all = true;
         if let Some((wider, everywhere)) = adequate_on_everything(search.study, &given, &compared, options)? {

@@ -144,7 +144,7 @@ fn farthest(before: &Fitted, after: &Fitted, unit: impl Fn(&FreeParameter) -> f6
     moved.fold(0.0, f64::max)
 }
 
-/// A guess is not tried where, one step of a fit ahead, it leaves more than this many squares of the noise ...
+/// A guess is not tried where one step of a fit ahead it leaves more than so many squares of the noise ...
 const FAR_FROM_NOISE: f64 = 4.0;
 /// ... and more than this share of what was left without it.
 const STILL_THERE: f64 = 0.05;

@@ -235,8 +235,8 @@ impl Record {
         Self { outputs: outputs.collect(), ..self.clone() }
     }
 
-    /// Pieces of this share (0 to 1) of a free decay, `most` at most and spread evenly, as recordings of their
-    /// own; `None` where there are fewer than two.
+    /// Pieces of this share (0 to 1) of a free decay, `most` at most and spread evenly, as recordings of
+    /// their own; `None` where there are fewer than two.
     pub(crate) fn pieces(&self, share: f64, most: usize) -> Option<Vec<Recording>> {
         let stamps = (share * self.time_s.len() as f64) as usize;
         let count = ((1.0 / share) as usize).min(most);

@@ -16,8 +16,8 @@ use crate::warnings::Quantity;
 /// A mode in one stretch of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct AmplitudePoint {
-    /// Amplitude of the mode there, in the output's unit: of a decay the geometric mean, of a forced record the rms
-    /// times the square root of two.
+    /// Amplitude of the mode there, in the output's unit: of a decay the geometric mean, of a forced record
+    /// the rms times the square root of two.
     pub amplitude: f64,
     /// Beginning and end of the stretch, s.
     pub window_s: [f64; 2],
@@ -73,8 +73,8 @@ const WORTHLESS: [f64; 2] = [0.02, 0.5];
 /// One of a point's quantities.
 type Pick = fn(&AmplitudePoint) -> Estimate;
 
-/// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest amplitude
-/// against the third with the largest.
+/// What changes with amplitude, clearly and enough to matter: the third of the points with the smallest
+/// amplitude against the third with the largest.
 pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
@@ -101,8 +101,8 @@ pub(crate) fn changes(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeCha
     pairs.collect()
 }
 
-/// The changes with the amplitude of a forced record's stretches, less those that go with time as well as with
-/// the amplitude.
+/// The changes with the amplitude of a forced record's stretches, less those that go with time as well as
+/// with the amplitude.
 pub(crate) fn changes_not_in_time(points: &[AmplitudePoint], clear: f64) -> Vec<AmplitudeChange> {
     let third = points.len().div_ceil(3);
     let mut sorted = points.to_vec();
@@ -187,8 +187,8 @@ const STRETCHES: usize = 12;
 const DECAY_TIMES: f64 = 2.0;
 const PERIODS: f64 = 12.0;
 
-/// The course of one mode of forced records: each stretch is fitted on its own, from its own initial state, the other
-/// modes held where the whole records put them.
+/// The course of one mode of forced records: each stretch is fitted on its own, from its own initial state,
+/// the other modes held where the whole records put them.
 pub(crate) fn of_forced(model: &ForcedModel<'_>, parameters: &[f64], mode: usize) -> Vec<AmplitudePoint> {
     let own = pole(parameters, mode);
     let others: Vec<Pole> =

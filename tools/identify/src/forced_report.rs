@@ -184,8 +184,8 @@ pub(crate) fn report(
     })
 }
 
-/// What changes modes in time, or with their amplitude or in time, each mode once; what their stretches seem to
-/// say of the amplitude is dropped there, and their boxes hold all that they go through.
+/// What changes modes in time, or with their amplitude or in time, each mode once; what their stretches seem
+/// to say of the amplitude is dropped there, and their boxes hold all that they go through.
 fn told_changes(chosen: &Chosen<'_>, modes: &mut [IdentifiedMode]) -> Vec<Warning> {
     let mut told = Vec::new();
     let mut hit = vec![false; modes.len()];

@@ -372,8 +372,8 @@ impl Chosen<'_> {
         }
     }
 
-    /// What a further mode would stand in for, where that explains more than it does: a mode that goes with its
-    /// amplitude, with which the choice has to begin anew, or something else, in words.
+    /// What a further mode would stand in for, where that explains more than it does: a mode that goes with
+    /// its amplitude, with which the choice has to begin anew, or something else, in words.
     fn stands_in(&mut self, wide: &Minimum<Projected>, new: Pole) -> Option<StandsIn> {
         if !self.looks_for_more {
             return None;
@@ -402,8 +402,8 @@ impl Chosen<'_> {
         })
     }
 
-    /// What changes a mode, where that explains more than a share of the sum of squares; with the place of the
-    /// dependence on amplitude that is known of it.
+    /// What changes a mode, where that explains more than a share of the sum of squares; with the place of
+    /// the dependence on amplitude that is known of it.
     fn change_of(&self, mode: usize, least: f64) -> Option<(Option<usize>, Change)> {
         let before = self.minimum.sum_of_squares;
         let hz = pole(&self.minimum.parameters, mode).frequency_hz;
@@ -653,7 +653,8 @@ impl Chosen<'_> {
     }
 }
 
-/// How far apart the frequencies of two modes are, as a share of the halves of their half-power bands together.
+/// How far apart the frequencies of two modes are, as a share of the halves of their half-power bands
+/// together.
 fn apart(a: Pole, b: Pole) -> f64 {
     (a.frequency_hz - b.frequency_hz).abs()
         / (a.damping_ratio * a.frequency_hz + b.damping_ratio * b.frequency_hz)

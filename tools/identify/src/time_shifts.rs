@@ -88,8 +88,8 @@ const ROWS: usize = 8;
 const AS_GOOD: f64 = 0.99;
 
 impl ClockJumps {
-    /// The jumps that explain most of what a fit leaves, one after the other: the stamps from a row on are moved
-    /// and the records fitted anew.
+    /// The jumps that explain most of what a fit leaves, one after the other: the stamps from a row on are
+    /// moved and the records fitted anew.
     pub(crate) fn of(model: &ForcedModel<'_>, found: &Minimum<Projected>) -> Self {
         let intervals_s: Vec<Option<f64>> =
             model.records.iter().map(|record| even_interval_s(&record.time_s)).collect();
@@ -134,22 +134,21 @@ impl Jump {
     ) -> Option<Self> {
         let span = span(model, found);
         let left = &found.point.residuals;
-        let jump =
-            |((record, (rows, own)), interval_s): ((usize, (std::ops::Range<usize>, &ForcedRecord)), _)| {
-                let interval_s: f64 = Option::clone(interval_s)?;
-                let here = &left[rows.clone()];
-                let fitted: Vec<f64> = own.output.iter().zip(here).map(|(y, e)| y - e).collect();
-                let rate = Column { start: rows.start, values: rate_of(&own.time_s, &fitted) };
-                let Step { row, shift_s, gain } = Step::best(left, &rate, &span)?;
-                (gain > TRIED * dot(here, here)).then_some(Self {
-                    record,
-                    row,
-                    intervals: shift_s / interval_s,
-                    interval_s,
-                    gain,
-                })
-            };
-        let jumps = model.rows().enumerate().zip(intervals_s).filter_map(jump);
+        let rows = model.rows().enumerate().zip(intervals_s.iter().copied());
+        let jumps = rows.filter_map(|((record, (rows, own)), interval_s)| {
+            let interval_s = interval_s?;
+            let here = &left[rows.clone()];
+            let fitted: Vec<f64> = own.output.iter().zip(here).map(|(y, e)| y - e).collect();
+            let rate = Column { start: rows.start, values: rate_of(&own.time_s, &fitted) };
+            let Step { row, shift_s, gain } = Step::best(left, &rate, &span)?;
+            (gain > TRIED * dot(here, here)).then_some(Self {
+                record,
+                row,
+                intervals: shift_s / interval_s,
+                interval_s,
+                gain,
+            })
+        });
         jumps.max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 

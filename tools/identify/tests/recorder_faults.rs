@@ -52,7 +52,8 @@ fn frames_lost_by_the_camera_of_a_sweep_are_counted_and_placed() {
     }
 }
 
-/// Nobody says how many modes there are: what lost frames leave is no further mode and no law of the structure.
+/// Nobody says how many modes there are: what lost frames leave is no further mode and no law of the
+/// structure.
 #[test]
 fn lost_frames_are_no_mode_and_no_structure_that_is_not_linear() {
     let options = ForcedOptions {

@@ -197,7 +197,8 @@ impl<'r> OneMode<'r> {
     }
 }
 
-/// A start of the search: the linear mode moved by what its stiffness and damping feel of a change of k and d.
+/// A start of the search: the linear mode moved by what its stiffness and damping feel of a change of k and
+/// d.
 pub(super) fn moved(own: Pole, [of_stiffness, of_damping]: [f64; 2], [k, d]: [f64; 2]) -> [f64; 4] {
     let frequency = own.frequency_hz.ln() - 0.5 * of_stiffness.ln_1p();
     let damping = own.damping_ratio.ln() - of_damping.ln_1p();

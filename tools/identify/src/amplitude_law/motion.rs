@@ -1,4 +1,5 @@
-//! The motion of one mode whose stiffness and damping go with its amplitude or with time, by Runge-Kutta steps.
+//! The motion of one mode whose stiffness and damping go with its amplitude or with time, by Runge-Kutta
+//! steps.
 
 use super::{Cause, Course, Law};
 use crate::forced_record::ForcedRecord;

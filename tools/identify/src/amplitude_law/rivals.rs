@@ -1,11 +1,11 @@
-//! What changes a mode within a record: its amplitude, the time, or the recorder's clock. All explain the same
-//! record, and what explains it clearly best is told; where two do about alike, that they do.
+//! What changes a mode within a record: its amplitude, the time, or the recorder's clock. All explain the
+//! same record, and what explains it clearly best is told; where two do about alike, that they do.
 
 use super::{Dependence, InTime};
 use crate::time_shifts::ClockJumps;
 
-/// Share of what the best explanation explains from which another one does about as well, unless it leaves more
-/// than so many times what the best one leaves.
+/// Share of what the best explanation explains from which another one does about as well, unless it leaves
+/// more than so many times what the best one leaves.
 const ALIKE: f64 = 0.9;
 const LEAVES_MORE: f64 = 1.5;
 

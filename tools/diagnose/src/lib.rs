@@ -31,6 +31,7 @@ mod drawn_error;
 mod error;
 mod fit;
 mod held_command;
+mod frequency_scan;
 mod horizon;
 mod input_noise;
 mod intervals;

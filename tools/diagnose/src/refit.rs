@@ -1,12 +1,11 @@
 //! Refit of a model within its own parameters: which of them are free, and where their search starts.
 
-use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, dot};
 
 use crate::error::DiagnoseError;
 use crate::fit::{Effort, Fitted, fit};
+use crate::frequency_scan::{SCAN_REACHES, WIDE_SCAN_REACHES, largest_share, scanned};
 use crate::parameters::{FreeParameter, free_parameters};
-use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
 
@@ -29,10 +28,30 @@ pub(crate) fn refit(
     given: &Hypothesis,
     candidates: &[FreeParameter],
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
-    let mut start: Vec<f64> = candidates.iter().map(|parameter| parameter.given).collect();
-    scan_frequencies(stack, given, candidates, &mut start);
-    refit_at(stack, given, candidates, start, &[], Effort::FULL)
+    let drawn = given_values(candidates);
+    let from = |start: Vec<f64>| refit_at(stack, given, candidates, start, &[], Effort::FULL);
+    let near = scanned(stack, given, candidates, &drawn, &SCAN_REACHES);
+    let fitted = from(near.clone());
+    let is_driven = stack.records.iter().all(|record| record.input.is_some());
+    let fits_well = |(fitted, _): &(Fitted, _)| largest_share(stack, &fitted.records) < WELL_FITTED;
+    if !is_driven || fitted.as_ref().is_ok_and(fits_well) || stack.is_over() {
+        return fitted;
+    }
+    // A valley beside the right one may look like it before everything is fitted in it.
+    let wide = scanned(stack, given, candidates, &drawn, &WIDE_SCAN_REACHES);
+    if near.iter().zip(&wide).all(|(near, wide)| (wide / near).ln().abs() <= SAME_VALLEY) {
+        return fitted;
+    }
+    match (fitted, from(wide)) {
+        (Ok(fitted), Ok(far)) if far.0.sum_of_squares >= LESS * fitted.0.sum_of_squares => Ok(fitted),
+        (fitted, far) => far.or(fitted),
+    }
 }
+
+/// A refit that leaves less than this share of every output, root mean square, is in the right valley, ...
+const WELL_FITTED: f64 = 0.03;
+/// ... and starts whose parameters differ by no more than this, in logarithms, are in the same one.
+const SAME_VALLEY: f64 = 0.02;
 
 /// The same from where an earlier refit ended.
 pub(crate) fn refit_from(
@@ -84,7 +103,7 @@ pub(crate) fn refit_from_drawing(
     let start = there.map(|(value, parameter)| if parameter.is_added { value } else { parameter.given });
     let mut start: Vec<f64> = start.collect();
     if is_far_anywhere(before) {
-        scan_frequencies(stack, hypothesis, &candidates, &mut start);
+        start = scanned(stack, hypothesis, &candidates, &start, &SCAN_REACHES);
     }
     refit_at(stack, hypothesis, &candidates, start, &[], effort).ok().map(|(fitted, _)| fitted)
 }
@@ -223,107 +242,6 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
         }
     }
     (kept, dropped)
-}
-
-/// A scan is thinned out where it would look at more samples than this, every frequency's counted.
-const MUCH_TO_SCAN: usize = 300_000;
-
-/// Logarithms of frequencies are scanned in steps of this size: half the valley of a mode damped by half a
-/// per cent, or of one that is seen for a hundred periods.
-const SCAN_STEP: f64 = 0.005;
-/// How far from the given value a frequency is looked for, each round nearer to where the last one ended: as
-/// a drawing is usually wrong, ...
-const SCAN_REACHES: [f64; 2] = [0.12, 0.024];
-/// ... and where a model as close as that is out of step with a recording: masses and stiffnesses a third off
-/// both ways.
-const WIDE_SCAN_REACHES: [f64; 3] = [0.4, 0.12, 0.024];
-/// Steps to either side at least.
-const FEWEST_STEPS: i32 = 24;
-/// A model is out of step where it leaves more than this share of an output, root mean square.
-const OUT_OF_STEP: f64 = 0.6;
-
-/// A lightly damped structure responds in a narrow band, and a start beside it may end in the wrong valley:
-/// every frequency of the model's own is first looked for around its given value, the others standing still.
-fn scan_frequencies(stack: &Stack<'_>, given: &Hypothesis, free: &[FreeParameter], values: &mut [f64]) {
-    let frequencies: Vec<usize> =
-        (0..free.len()).filter(|&index| !free[index].is_added && free[index].sets_frequency()).collect();
-    // Many modes on long recordings are looked at in fewer samples, and their initial states as those of the
-    // given model.
-    let work = stack.present() * frequencies.len();
-    let is_driven = stack.records.iter().all(|record| record.input.is_some());
-    let is_large = work > MUCH_TO_SCAN && is_driven && stack.is_even();
-    let nth = if is_large { 2 * work / MUCH_TO_SCAN } else { 1 };
-    let thin: Vec<Record> = stack.records.iter().map(|record| record.thinned(nth)).collect();
-    let stack = &Stack { records: thin.iter().collect(), ..stack.clone() };
-    let near = given.with_values(free, values).filter(|_| is_large);
-    let near = near.and_then(|given| stack.evaluate(&given, &[]));
-    let scan = Scan { stack, given, free, near };
-    let drawn = values.to_vec();
-    let narrow = scan.around(&drawn, &frequencies, &SCAN_REACHES);
-    values.copy_from_slice(&narrow);
-    let [left, share] = scan.left(&narrow);
-    if share > OUT_OF_STEP && is_driven {
-        let wide = scan.around(&drawn, &frequencies, &WIDE_SCAN_REACHES);
-        let [left_wide, share_wide] = scan.left(&wide);
-        if left_wide < left && share_wide < OUT_OF_STEP {
-            values.copy_from_slice(&wide);
-        }
-    }
-}
-
-/// A look at what a model leaves where one parameter after the other takes many values.
-struct Scan<'s> {
-    stack: &'s Stack<'s>,
-    given: &'s Hypothesis,
-    free: &'s [FreeParameter],
-    /// Fits whose initial states are used; without, every look finds its own.
-    near: Option<Vec<RecordFit>>,
-}
-
-impl Scan<'_> {
-    /// The values that leave least, looked for around these.
-    fn around(&self, start: &[f64], frequencies: &[usize], reaches: &[f64]) -> Vec<f64> {
-        let mut values = start.to_vec();
-        for reach in reaches {
-            let steps = ((reach / SCAN_STEP) as i32).max(FEWEST_STEPS);
-            for &index in frequencies {
-                let (centre, free) = (values[index], &self.free[index]);
-                // Frequencies go with the root of a stiffness.
-                let power = if free.path.ends_with("frequency_hz") { 1.0 } else { 2.0 };
-                let sums = (-steps..=steps).into_par_iter().filter_map(|step| {
-                    let value = centre * (power * reach * f64::from(step) / f64::from(steps)).exp();
-                    let mut trial = values.clone();
-                    trial[index] = value;
-                    let sum = sum_of_squares(&self.seen(&trial)?);
-                    (value >= free.lower && value <= free.upper).then_some((sum, value))
-                });
-                if let Some((_, best)) = sums.min_by(|a, b| a.0.total_cmp(&b.0)) {
-                    values[index] = best;
-                }
-            }
-        }
-        values
-    }
-
-    fn seen(&self, values: &[f64]) -> Option<Vec<RecordFit>> {
-        let moved = self.given.with_values(self.free, values)?;
-        match &self.near {
-            Some(near) => self.stack.seen_from(&moved, near),
-            None => self.stack.evaluate(&moved, &[]),
-        }
-    }
-
-    /// The sum of squares that these values leave, and the largest share of an output, root mean square.
-    fn left(&self, values: &[f64]) -> [f64; 2] {
-        let Some(records) = self.seen(values) else { return [f64::INFINITY; 2] };
-        let shares = records.iter().enumerate().map(|(index, fit)| {
-            let nothing: Vec<Vec<f64>> = fit.simulated.iter().map(|signal| vec![0.0; signal.len()]).collect();
-            let mut recorded = self.stack.departure(index, &nothing);
-            fit.nuisances.remove_from(&mut recorded);
-            (dot(&fit.residuals, &fit.residuals) / dot(&recorded, &recorded)).sqrt()
-        });
-        [sum_of_squares(&records), shares.fold(0.0, f64::max)]
-    }
 }
 
 fn sum_of_squares(records: &[RecordFit]) -> f64 {

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use rayon::prelude::*;
-use stillbeam_identify::tall::Orthonormal;
+use stillbeam_identify::tall::{Orthonormal, dot};
 
 use crate::simulation::{Hypothesis, free_responses, simulate};
 use crate::stacking::{RecordFit, Stack};
@@ -31,8 +31,10 @@ impl Stack<'_> {
             .into_par_iter()
             .enumerate()
             .map(|(index, found)| {
+                if !hypothesis.is_linear() && self.never_rests(index, hypothesis) {
+                    return Some(self.begun_anew(index, hypothesis).into_iter().fold(found, better));
+                }
                 let stands = self.adds_free_responses(index, hypothesis)
-                    || self.never_rests(index, hypothesis)
                     || found.initial.iter().all(|state| *state == 0.0);
                 if stands {
                     return Some(found);
@@ -69,7 +71,12 @@ impl Stack<'_> {
     }
 
     /// One recording as the model runs from a state, with nothing but offsets taken out.
-    fn run_from(&self, index: usize, hypothesis: &Hypothesis, initial: Vec<f64>) -> Option<RecordFit> {
+    pub(crate) fn run_from(
+        &self,
+        index: usize,
+        hypothesis: &Hypothesis,
+        initial: Vec<f64>,
+    ) -> Option<RecordFit> {
         let mut linear = Orthonormal::default();
         for response in free_responses(hypothesis, self.records[index])? {
             linear.push(self.weighted(index, &response));
@@ -82,6 +89,12 @@ impl Stack<'_> {
         let is_finite = residuals.iter().all(|value| value.is_finite());
         is_finite.then(|| RecordFit { simulated, nuisances: Arc::new(offsets), residuals, initial })
     }
+}
+
+/// Of two fits to the same recording the one that leaves less.
+fn better(a: RecordFit, b: RecordFit) -> RecordFit {
+    let left = |fit: &RecordFit| dot(&fit.residuals, &fit.residuals);
+    if left(&b) < left(&a) { b } else { a }
 }
 
 /// Samples before an input leaves its first value.
@@ -98,7 +111,6 @@ mod tests {
     use rand_distr::{Distribution, Normal};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::SeedableRng;
-    use stillbeam_identify::tall::dot;
     use stillbeam_plant::{Model, Physics};
     use stillbeam_recording::{Recording, Role};
 

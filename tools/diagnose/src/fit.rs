@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
+use crate::moving_starts::{MovingStart, moved_start};
 use crate::one_mode::OneMode;
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
@@ -96,6 +97,8 @@ struct Problem<'p, 'r> {
     free: &'p [FreeParameter],
     /// Fits of the recordings nearby, from whose initial states everything is simulated.
     near: Vec<RecordFit>,
+    /// Initial values that are searched too; their coordinates follow those of the parameters.
+    moving: Vec<MovingStart>,
     /// Directions that other parameters would absorb, over all recordings.
     absorbing: Option<&'p Orthonormal>,
     /// Evaluations that are left: a candidate that wanders along a flat valley is not worth more.
@@ -132,7 +135,7 @@ impl Problem<'_, '_> {
     /// with them.
     fn jacobian_mostly_kept(&self, search: &[f64], point: &Point) -> Vec<Vec<f64>> {
         let (laws, own): (Vec<usize>, Vec<usize>) =
-            (0..search.len()).partition(|&index| self.free[index].is_added);
+            (0..search.len()).partition(|&index| self.free.get(index).is_none_or(|free| free.is_added));
         let Ok(mut kept) = self.kept.lock() else { return self.jacobian(search, point) };
         if laws.is_empty() || own.is_empty() || kept.0 == 0 {
             let all = self.jacobian(search, point);
@@ -156,7 +159,7 @@ impl Problem<'_, '_> {
     /// to one side do not show.
     fn bends(&self) -> bool {
         let is_smooth = self.hypothesis.unrounded().is_none() && self.free.iter().all(|p| !p.is_added);
-        is_smooth && self.free.len() > 1 && self.absorbing.is_none()
+        is_smooth && self.free.len() > 1 && self.absorbing.is_none() && self.moving.is_empty()
     }
 
     /// Some of the Jacobian's columns.
@@ -182,6 +185,9 @@ impl Problem<'_, '_> {
 
     /// Change of the weighted prediction of one recording per unit of one search coordinate.
     fn tangent(&self, search: &[f64], column: usize, record: usize, fit: &RecordFit) -> Option<Vec<f64>> {
+        if let Some(number) = column.checked_sub(self.free.len()) {
+            return self.tangent_of_a_start(search, number, record, fit);
+        }
         let parameter = self.free[column].as_search(self.free[column].to_value(search[column]));
         let length = self.free[column].difference(search[column], self.difference);
         // At a bound only what lies inside is a machine: a sensor cannot lose more of a sign than all of it.
@@ -212,6 +218,24 @@ impl Problem<'_, '_> {
 }
 
 impl Problem<'_, '_> {
+    /// The same by an initial value, which moves its own recording only.
+    fn tangent_of_a_start(
+        &self,
+        search: &[f64],
+        number: usize,
+        record: usize,
+        fit: &RecordFit,
+    ) -> Option<Vec<f64>> {
+        let start = self.moving.get(number).filter(|start| start.record == record)?;
+        let hypothesis = self.moved(search)?;
+        let hypothesis = hypothesis.unrounded().unwrap_or(hypothesis);
+        let moved = moved_start(std::slice::from_ref(start), &[start.difference], record, &fit.initial);
+        let mut change = self.stack.prediction(record, &hypothesis, &moved)?;
+        add_scaled(&mut change, -1.0, &self.stack.weighted(record, &fit.simulated));
+        change.iter_mut().for_each(|value| *value /= start.difference);
+        Some(change)
+    }
+
     /// The same by a parameter of one of several independent modes, simulated alone; `None` for all others.
     fn tangent_of_one_mode(
         &self,
@@ -245,7 +269,16 @@ impl LeastSquares for Problem<'_, '_> {
         let left = |left: usize| left.checked_sub(1);
         self.budget.fetch_update(Ordering::Relaxed, Ordering::Relaxed, left).ok()?;
         let moved = self.moved(search)?;
-        let records = self.stack.evaluate_at(&moved, &self.near)?;
+        let records = if self.moving.is_empty() {
+            self.stack.evaluate_at(&moved, &self.near)?
+        } else {
+            let starts = &search[self.free.len()..];
+            let at = |(index, near): (usize, &RecordFit)| {
+                let start = moved_start(&self.moving, starts, index, &near.initial);
+                Some(self.stack.evaluate_from(index, &moved, &start, &near.nuisances)?.0)
+            };
+            self.near.par_iter().enumerate().map(at).collect::<Option<_>>()?
+        };
         let mut residuals: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
         if let Some(absorbing) = self.absorbing {
             absorbing.remove_from(&mut residuals);
@@ -356,13 +389,25 @@ pub(crate) fn fit_near(
         Others::Absorb(directions) => (Some(directions), None),
         Others::Known(columns) => (None, Some(columns)),
     };
+    let moving = match absorbing {
+        Some(_) => Vec::new(),
+        None => stack.moving_starts(&hypothesis.with_values(free, start)?)?,
+    };
+    if !moving.is_empty() {
+        // Derivatives of a fit whose states were taken out say nothing of one whose states are moved.
+        kept = None;
+    }
     for _ in 0..effort.rounds {
+        if !moving.is_empty() {
+            near = stack.with_starts_to_move(&hypothesis.with_values(free, &values)?, near, &moving)?;
+        }
         let known = kept.take().map(|columns| (effort.kept_steps, columns.to_vec()));
         let problem = Problem {
             stack,
             hypothesis,
             free,
             near: near.clone(),
+            moving: moving.clone(),
             absorbing,
             budget: AtomicUsize::new(effort.evaluations),
             central: false,
@@ -371,19 +416,30 @@ pub(crate) fn fit_near(
             kept: Mutex::new(known.unwrap_or_default()),
             fresh: Mutex::default(),
         };
-        let search: Vec<Parameter> = free.iter().zip(&values).map(|(p, value)| p.as_search(*value)).collect();
+        let parameters = free.iter().zip(&values).map(|(p, value)| p.as_search(*value));
+        let search: Vec<Parameter> =
+            parameters.chain(moving.iter().map(|_| MovingStart::as_search())).collect();
         let Some(minimum) = minimise_to(&problem, &search, effort.tolerance) else { break };
         let before = best.as_ref().map_or(f64::INFINITY, |best| best.sum_of_squares);
         if minimum.sum_of_squares >= before {
             break;
         }
         values = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
+        let moved = hypothesis.with_values(free, &values)?;
+        let (records, sum_of_squares) = if moving.is_empty() {
+            (minimum.point.records, minimum.sum_of_squares)
+        } else {
+            let starts = minimum.point.records.into_iter().map(|fit| fit.initial);
+            let records = stack.evaluate(&moved, &starts.collect::<Vec<Vec<f64>>>())?;
+            let left = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+            (records, left)
+        };
         let fitted = Fitted {
-            hypothesis: hypothesis.with_values(free, &values)?,
+            hypothesis: moved,
             free: free.to_vec(),
             values: values.clone(),
-            records: minimum.point.records,
-            sum_of_squares: minimum.sum_of_squares,
+            records,
+            sum_of_squares,
         };
         // What is kept of the derivatives may end a search early; the next one starts with all of them.
         let gained = 1.0 - fitted.sum_of_squares / before;
@@ -392,7 +448,9 @@ pub(crate) fn fit_near(
         // no evaluations left for.
         let settled = (!is_cut && stack.all_add_free_responses(&fitted.hypothesis))
             || (before.is_finite() && gained < 10.0 * effort.tolerance);
-        if !settled && effort.rounds > 1 {
+        if !settled && !moving.is_empty() {
+            near.clone_from(&fitted.records);
+        } else if !settled && effort.rounds > 1 {
             near = stack.evaluate(&fitted.hypothesis, &fitted.initial_states())?;
         }
         best = Some(fitted);
@@ -485,6 +543,7 @@ impl Fitted {
             hypothesis: &self.hypothesis,
             free: &self.free,
             near: self.records.clone(),
+            moving: Vec::new(),
             absorbing: None,
             budget: AtomicUsize::new(0),
             central,

@@ -21,8 +21,12 @@ const FAST_POINTS_PER_PERIOD: f64 = 16.0;
 const MOST_REFINEMENT: f64 = 16.0;
 /// Motions this many times faster than the input's band are left to the exact linear part.
 const BEYOND: f64 = 1.6;
-/// Radians that the fastest motion in the band turns in a sub-step of the forces.
-const RADIANS_PER_STEP: f64 = 0.1;
+/// Radians that the fastest motion in the band turns in a sub-step of the forces, and its shortest and longest
+/// length in seconds, where the machine is driven: a slow one too may cross a short wave or a stop quickly ...
+const DRIVEN_STEP: (f64, [f64; 2]) = (0.1, [1e-4, 2e-3]);
+/// ... and where nothing keeps it in step: what a sub-step gets wrong of the frequency adds up from period to
+/// period.
+const FREE_STEP: (f64, [f64; 2]) = (0.03, [1e-4, 5e-3]);
 
 /// The input stands still while it is within this share of its greatest change.
 const STILL: f64 = 1e-3;
@@ -110,6 +114,8 @@ pub(crate) struct Record {
     pub(crate) outputs: Vec<OutputSignal>,
     /// What modes beyond those of the model follow, at `time_s`, where their share of the outputs is freed.
     pub(crate) remainder: Vec<Vec<f64>>,
+    /// Whether it was cut out of a longer one: rest is no state to begin from then.
+    pub(crate) begins_moving: bool,
 }
 
 impl Record {
@@ -152,6 +158,7 @@ impl Record {
         let refinement = refinement(between, band_hz / rate_hz, model);
         let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
         let rerun = rerun_of(&grid, model, (between, refinement), input.as_deref())?;
+        let (radians, [shortest_s, longest_s]) = if input.is_some() { DRIVEN_STEP } else { FREE_STEP };
         Ok(Self {
             name: recording.name.clone(),
             role,
@@ -159,9 +166,10 @@ impl Record {
             input,
             between: (between, refinement),
             rerun,
-            longest_step_s: (RADIANS_PER_STEP / (TAU * band_hz.max(1e-9))).clamp(1e-4, 2e-3),
+            longest_step_s: (radians / (TAU * band_hz.max(1e-9))).clamp(shortest_s, longest_s),
             outputs,
             remainder: Vec::new(),
+            begins_moving: false,
         })
     }
 
@@ -235,9 +243,29 @@ impl Record {
         Self { outputs: outputs.collect(), ..self.clone() }
     }
 
-    /// Pieces of this share (0 to 1) of a free decay, `most` at most and spread evenly, as recordings of
-    /// their own; `None` where there are fewer than two.
-    pub(crate) fn pieces(&self, share: f64, most: usize) -> Option<Vec<Recording>> {
+    /// Pieces of this share (0 to 1), `most` at most and spread evenly, as records of their own that begin in
+    /// motion; `None` where there are fewer than two, or one cannot be read, and in a loop, whose controller
+    /// has a state too.
+    pub(crate) fn pieces(
+        &self,
+        share: f64,
+        most: usize,
+        model: &Model,
+        fastest_hz: Option<f64>,
+    ) -> Option<Vec<Self>> {
+        if self.rerun.is_in_loop() {
+            return None;
+        }
+        let ready = |piece: &Recording| {
+            let ready = Self::new(piece, self.role, model, None, fastest_hz).ok()?;
+            let as_here = ready.between.0 == self.between.0;
+            let ready = if as_here { ready } else { ready.between(self.between.0, model, fastest_hz)? };
+            Some(Self { begins_moving: true, ..ready })
+        };
+        self.recorded_pieces(share, most, model)?.iter().map(ready).collect()
+    }
+
+    fn recorded_pieces(&self, share: f64, most: usize, model: &Model) -> Option<Vec<Recording>> {
         let stamps = (share * self.time_s.len() as f64) as usize;
         let count = ((1.0 / share) as usize).min(most);
         if count < 2 {
@@ -254,6 +282,9 @@ impl Record {
                 let places = output.at.iter().zip(&output.samples).filter(|(at, _)| range.contains(at));
                 places.for_each(|(at, value)| samples[at - range.start] = *value);
                 piece = piece.with_column(output.column.clone(), samples);
+            }
+            if let (Some(input), Some(described)) = (&self.input, model.input()) {
+                piece = piece.with_column(described.column.clone(), input[range].to_vec());
             }
             Some(piece)
         };

@@ -8,7 +8,7 @@ use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
 use crate::patience::Patience;
 use crate::record::Record;
-use crate::simulation::{Hypothesis, free_responses, simulate, state_count};
+use crate::simulation::{Hypothesis, free_responses, frequency_range_hz, simulate, state_count};
 use crate::weighting::Weighting;
 
 /// What is fitted jointly, and in which unit each output counts.
@@ -48,10 +48,14 @@ pub(crate) struct RecordFit {
 const MOST_CORRECTIONS: usize = 4;
 /// ... until the sum of squares changes by less than this many mean squares.
 const SETTLED: f64 = 0.05;
+/// Periods of a free decay from which a linear model says where it began, ...
+const FIRST_PERIODS: f64 = 2.0;
+/// ... this share of it at least, ...
+const LEAST_SHARE: f64 = 1.0 / 64.0;
+/// ... and by how much the part is lengthened for a model with laws.
+const LONGER: f64 = 3.0;
 /// Share of an offset's power that no initial state makes, from which it counts as an offset.
 const OWN: f64 = 1e-6;
-/// Differences of the state change the outputs by this much, root mean square in units of the noise.
-const STATE_CHANGE: f64 = 0.3;
 /// A start other than rest has to be this many mean squares better.
 const CLEAR: f64 = 10.0;
 
@@ -213,8 +217,8 @@ impl Stack<'_> {
             .collect()
     }
 
-    /// What the initial state changes where laws act, by differences as large as a few tenths of the noise;
-    /// `linear` are the responses of the linear model, which say how much state that is.
+    /// What the initial state changes where laws act, by differences that change little beside the noise and
+    /// beside the motion; `linear` are the responses of the linear model, which say how much state that is.
     fn state_responses(
         &self,
         index: usize,
@@ -225,6 +229,7 @@ impl Stack<'_> {
         let hypothesis = hypothesis.unrounded().unwrap_or_else(|| hypothesis.clone());
         let base = self.prediction(index, &hypothesis, initial)?;
         let count = base.len().max(1) as f64;
+        let [change, _] = self.state_change(index, &hypothesis);
         linear
             .into_iter()
             .enumerate()
@@ -233,7 +238,7 @@ impl Stack<'_> {
                 if !(rms.is_finite() && rms > 0.0) {
                     return Some(response);
                 }
-                let step = STATE_CHANGE / rms;
+                let step = change / rms;
                 let mut moved = initial.to_vec();
                 moved.resize(moved.len().max(state + 1), 0.0);
                 moved[state] += step;
@@ -248,7 +253,7 @@ impl Stack<'_> {
     /// One recording under a hypothesis, simulated from `start`; `None` where it cannot be simulated. What
     /// initial states and offsets could change is taken out of the residual; the corrections of the state
     /// that this amounts to are returned.
-    fn evaluate_from(
+    pub(crate) fn evaluate_from(
         &self,
         index: usize,
         hypothesis: &Hypothesis,
@@ -276,9 +281,7 @@ impl Stack<'_> {
             (0..state_count(hypothesis)?).map(|state| start.get(state).copied().unwrap_or(0.0)).collect();
         let never_rests = !hypothesis.is_linear() && self.never_rests(index, hypothesis);
         if never_rests && start.iter().all(|value| *value == 0.0) {
-            // Friction holds at rest whatever a small step away from it would do: the linear model says where
-            // the motion began.
-            start = self.evaluate_record(index, &hypothesis.without_laws(), &[])?.initial;
+            start = self.begun_beside_laws(index, hypothesis)?;
         }
         let start = &start[..];
         if self.adds_free_responses(index, hypothesis) {
@@ -313,6 +316,34 @@ impl Stack<'_> {
         }
     }
 
+    /// A free decay from the state that its beginning shows, whatever state another model ended with.
+    pub(crate) fn begun_anew(&self, index: usize, hypothesis: &Hypothesis) -> Option<RecordFit> {
+        let start = self.begun_beside_laws(index, hypothesis)?;
+        self.corrected_from(index, hypothesis, &start)
+    }
+
+    /// The state that a free decay begins in beside laws. Friction holds at rest whatever a small step away
+    /// from it would do, and a linear model of the whole decay, whose frequency or damping goes with the
+    /// amplitude, is soon out of step with it: of the first periods it says well enough where the motion
+    /// began, and the laws say it better and better of longer and longer parts.
+    fn begun_beside_laws(&self, index: usize, hypothesis: &Hypothesis) -> Option<Vec<f64>> {
+        let record = self.records[index];
+        let (slowest_hz, _) = frequency_range_hz(&hypothesis.model).ok()?;
+        let periods = slowest_hz.map_or(1.0, |hz| hz * record.duration_s());
+        let mut share = (FIRST_PERIODS / periods).clamp(LEAST_SHARE, 1.0);
+        let on = |share: f64, look: &dyn Fn(&Stack<'_>) -> Option<RecordFit>| {
+            let part = record.up_to(share);
+            look(&Stack { records: vec![&part], weights: vec![self.weights[index].clone()], ..self.clone() })
+        };
+        let linear = hypothesis.without_laws();
+        let mut start = on(share, &|first| first.evaluate_record(0, &linear, &[]))?.initial;
+        while share < 1.0 {
+            start = on(share, &|part| part.corrected_from(0, hypothesis, &start))?.initial;
+            share *= LONGER;
+        }
+        Some(start)
+    }
+
     /// Whether an initial state only adds the model's free response to a recording: without laws, and where
     /// no controller makes up for it.
     pub(crate) fn adds_free_responses(&self, index: usize, hypothesis: &Hypothesis) -> bool {
@@ -324,10 +355,11 @@ impl Stack<'_> {
         (0..self.records.len()).all(|index| self.adds_free_responses(index, hypothesis))
     }
 
-    /// Whether nothing but its initial state moves the machine in a recording: rest is no state to begin from
-    /// then.
+    /// Whether rest is no state to begin a recording from: nothing but its initial state moves the machine, or
+    /// it moved before.
     pub(crate) fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
-        self.records[index].input.is_none() && hypothesis.model.setup().initial.is_empty()
+        let record = self.records[index];
+        record.begins_moving || (record.input.is_none() && hypothesis.model.setup().initial.is_empty())
     }
 
     /// From a state, corrected a few times; the best that was met.

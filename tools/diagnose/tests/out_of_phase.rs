@@ -71,3 +71,91 @@ fn a_linear_arm_of_another_inertia_lacks_nothing() {
         assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
     }
 }
+
+/// What goes with the amplitude of an arm's swing, each large enough that a linear model loses step.
+fn bending_laws() -> [Physics; 4] {
+    [
+        Physics::new("cubic_stiffness", "arm").with("stiffness", 0.25),
+        Physics::new("cubic_stiffness", "arm").with("stiffness", -0.2),
+        Physics::new("pendulum", "arm").with("stiffness", 0.2),
+        Physics::new("quadratic_drag", "arm").with("drag", 2e-4),
+    ]
+}
+
+#[test]
+fn a_model_that_has_the_law_explains_every_decay_as_given() {
+    for (seed, law) in (10..).zip(bending_laws()) {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut truth = arm(3.1e-3, 2.2e-4);
+        truth.setup_mut().physics.push(law);
+        let mut recorded = |angle_rad: f64| swing(&truth, angle_rad, 1e-4, &mut random);
+        let (train, held_out) = ([recorded(0.6), recorded(0.3)], [recorded(0.45)]);
+        let found = diagnose(&truth, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+        for pooled in &found.fit.pooled {
+            assert!(pooled.fits.given.rms < 1.1e-4, "{}: {}", pooled.output, pooled.fits.given.rms);
+        }
+    }
+}
+
+#[test]
+fn a_spring_that_hardens_is_not_taken_for_gravity_where_noise_tells_them_apart() {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(20);
+    let mut truth = arm(3.1e-3, 2.2e-4);
+    truth.setup_mut().physics.push(bending_laws()[0].clone());
+    let mut recorded = |angle_rad: f64| swing(&truth, angle_rad, 5e-5, &mut random);
+    let (train, held_out) = ([recorded(0.6), recorded(0.3)], [recorded(0.45)]);
+    let found = diagnose(&arm(2.9e-3, 3e-4), &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+    assert_eq!(named(&found), ["cubic_stiffness"], "{}", found.sentence);
+    assert_eq!(found.verdict, Verdict::Explained, "{}", found.sentence);
+}
+
+/// A mass on a spring, pushed through its resonance.
+fn mass(mass_kg: f64, stiffness_n_m: f64, damping: f64) -> Model {
+    let text = format!(
+        r#"
+        schema = 1
+        kind = "lumped"
+        body = [{{ name = "mass", mass = {mass_kg:e} }}]
+        spring = [{{ between = ["mass", "ground"], stiffness = {stiffness_n_m:e} }}]
+        damper = [{{ between = ["mass", "ground"], damping = {damping:e} }}]
+        input = {{ column = "force_N", body = "mass" }}
+        output = [{{ column = "position_m", body = "mass" }}]
+        "#
+    );
+    Model::from_toml("mass.toml", &text).unwrap()
+}
+
+/// Its response to a sweep from 1 to 6 Hz in 25 s at 200 Hz.
+fn pushed(truth: &Model, force_n: f64, noise_m: f64, random: &mut Xoshiro256PlusPlus) -> Recording {
+    let time_s: Vec<f64> = (0..5000).map(|k| 0.005 * f64::from(k)).collect();
+    let rate = 6.0_f64.ln() / 25.0;
+    let force =
+        time_s.iter().map(|t| force_n * (std::f64::consts::TAU * ((rate * t).exp() - 1.0) / rate).sin());
+    let pushed = Recording::new("sweep", time_s.clone()).with_column("force_N", force.collect());
+    let moved = simulate(truth, &pushed).unwrap();
+    let read = moved.column("position_m").unwrap().iter().map(|position| {
+        let draw: f64 = StandardNormal.sample(random);
+        position + noise_m * draw
+    });
+    let read = read.collect();
+    pushed.with_column("position_m", read)
+}
+
+#[test]
+fn a_spring_that_bends_a_resonance_beyond_recognition_is_found_in_pieces_of_driven_recordings() {
+    for (seed, share) in [(30, 0.5), (31, -0.18)] {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        // About 3 Hz; at 20 mm the cubic spring has this share of the linear one's force.
+        let mut truth = mass(10.0, 3600.0, 9.0);
+        let stiffness = share * 3600.0 / 0.02_f64.powi(2);
+        truth.setup_mut().physics.push(Physics::new("cubic_stiffness", "mass").with("stiffness", stiffness));
+        let mut recorded = |force_n: f64| pushed(&truth, force_n, 1e-4, &mut random);
+        let (train, held_out) = ([recorded(4.0), recorded(2.0)], [recorded(3.0)]);
+        let given = mass(11.0, 3300.0, 12.0);
+        let found = diagnose(&given, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        assert_eq!(named(&found), ["cubic_stiffness"], "{}", found.sentence);
+        let told = &found.effects[0].parameters["stiffness"];
+        assert!((told.value / stiffness - 1.0).abs() < 0.02, "{} of {stiffness}", told.value);
+    }
+}

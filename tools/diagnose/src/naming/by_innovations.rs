@@ -143,7 +143,7 @@ impl Search<'_> {
         Some(found)
     }
 
-    fn forget_rounds(&mut self) {
+    pub(super) fn forget_rounds(&mut self) {
         self.rounds = std::sync::Mutex::default();
     }
 

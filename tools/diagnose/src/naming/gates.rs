@@ -9,7 +9,7 @@
 //! | size | does it explain a noticeable part of what was left, on the training and on the held-out recordings |
 //! | pulls back | does a cable pull towards where it was laid, and not push away from it |
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
-//! | stable | does the model stay finite at one and a half times the largest input |
+//! | stable | does the model stay finite at 1.1 times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains, of the training or of the held-out recordings: is the held-out gain beyond doubt |
 //! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and all that is left foreign |
 //!
@@ -294,11 +294,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
                 ),
             ));
         }
-        gates.push(gate(
-            "stable",
-            closer.stable,
-            "simulated at one and a half times the largest input".to_owned(),
-        ));
+        gates.push(gate("stable", closer.stable, "simulated at 1.1 times the largest input".to_owned()));
         if let Some(own) = closer.cut_short {
             gates.push(gate(
                 "unrivalled",

@@ -5,18 +5,21 @@
 //! screen sees little of the true one and as much of many others. Over a few periods one frequency does for
 //! all. The recordings are cut into pieces, every one with an initial state of its own, that show the machine
 //! at large and at small amplitudes; what is missing there is missing everywhere. Multiple shooting cuts a
-//! recording for the same reason (H. G. Bock, 1983). The laws found in the pieces are then followed through
-//! the whole recordings over a lengthening horizon.
+//! recording for the same reason (H. G. Bock, 1983). A resonance that a cubic spring has bent is out of step in
+//! the same way while it is driven. The laws found in the pieces are then followed through the whole
+//! recordings: of free decays over a lengthening horizon, driven ones keep a model that is nearly right in step.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
+use super::rounds::Tried;
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
 use crate::comparison::compare;
-use crate::fit::{Effort, Fitted};
+use crate::fit::{Effort, Fitted, fit};
+use crate::noise::{NoiseFloor, OutputResidual};
 use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::RecordFit;
@@ -38,6 +41,8 @@ const FOLLOWED: usize = 3;
 pub(super) struct FoundInPieces {
     pub(super) laws: Vec<usize>,
     pub(super) fitted: Fitted,
+    /// The noise in units of which it was fitted.
+    pub(super) floors: Vec<Option<NoiseFloor>>,
     /// States in which the held-out recordings begin beside it: from those of another machine no slope may
     /// lead to them.
     pub(super) held_out_starts: Vec<Vec<f64>>,
@@ -49,7 +54,7 @@ impl Search<'_> {
     /// The law found in pieces of the recordings, followed through the whole of them; `None` where the refit
     /// is in phase, and where no law is found.
     pub(super) fn found_in_pieces(&self, refitted: &Member) -> Option<FoundInPieces> {
-        if !self.study.is_out_of_phase(&refitted.on_all()) {
+        if self.study.most_left(&refitted.on_all()) < OUT_OF_PHASE {
             return None;
         }
         LENGTHS.iter().take_while(|_| !self.is_over()).find_map(|&periods| self.found_in(periods))
@@ -59,7 +64,7 @@ impl Search<'_> {
     fn found_in(&self, periods: f64) -> Option<FoundInPieces> {
         let (mut study, [firsts, held_out_firsts]) = self.study.in_pieces(self.given, periods)?;
         let compared = compare(&mut study, &Hypothesis::given(self.given)).ok()?;
-        if study.most_left(&compared.refitted_on_all) > IN_PHASE {
+        if study.left_of_all(&compared.refitted_on_all) > IN_PHASE {
             return None;
         }
         let held_out = compared.refitted_on_all.held_out.clone();
@@ -77,20 +82,35 @@ impl Search<'_> {
         let of_first = |fits: &[RecordFit], firsts: &[usize]| -> Vec<RecordFit> {
             firsts.iter().map(|&first| fits[first].clone()).collect()
         };
-        let whole = self.study.stack(Role::Train);
+        if !found.iter().any(Tried::passes) {
+            return None;
+        }
+        // Beside the best of them the noise is seen, in units of which the way is followed.
+        let floors = search.study.floors(&found.first()?.member.on_all());
+        let mut weighed = self.study.clone();
+        let floors = if weighed.much_lower(&floors, &self.floors) { floors } else { self.floors.clone() };
+        weighed.weigh_by_floors(&floors);
+        let search = Search { study: &mut weighed, rounds: std::sync::Mutex::default(), ..search };
+        let whole = search.study.stack(Role::Train);
+        let is_free = whole.records.iter().any(|record| record.input.is_none());
         let followed = found.into_iter().take(FOLLOWED).filter_map(|found| {
             let Member { laws, fitted, held_out } = found.member;
             let begun = Fitted { records: of_first(&fitted.records, &firsts), ..fitted };
-            let fitted = begun.over_a_lengthening_horizon(&whole, self.study.square_in_phase())?;
+            let fitted = if is_free {
+                begun.over_a_lengthening_horizon(&whole, search.study.square_in_phase())?
+            } else {
+                // What drives a machine keeps one in step that is known so well.
+                fit(&whole, &begun.hypothesis, &begun.free, &begun.values, &[], Effort::BENT)?
+            };
             // Which of them is it shows where they are fitted to the end.
-            let finished = self.fitted_on(&fitted, Effort::FULL).unwrap_or(fitted);
-            let held_out = of_first(&held_out, &held_out_firsts);
-            let held_out_starts = held_out.into_iter().map(|fit| fit.initial).collect();
+            let finished = search.fitted_on(&fitted, Effort::FULL).unwrap_or(fitted);
+            let held_out = of_first(&held_out, &held_out_firsts).into_iter().filter(|_| is_free);
+            let held_out_starts = held_out.map(|fit| fit.initial).collect();
             Some((laws, finished, held_out_starts))
         });
         let (laws, fitted, held_out_starts) =
             followed.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares))?;
-        Some(FoundInPieces { laws, fitted, held_out_starts, screened })
+        Some(FoundInPieces { laws, fitted, floors, held_out_starts, screened })
     }
 }
 
@@ -101,10 +121,7 @@ impl Study {
     fn in_pieces(&self, model: &Model, periods: f64) -> Option<(Self, [Vec<usize>; 2])> {
         let length_s = periods / self.slowest_hz.filter(|hz| *hz > 0.0)?;
         let cut = |record: &Record| {
-            let pieces = record.pieces(length_s / record.duration_s(), MOST_PIECES)?;
-            let ready =
-                pieces.iter().map(|piece| Record::new(piece, record.role, model, None, self.fastest_hz));
-            ready.collect::<Result<Vec<Record>, _>>().ok()
+            record.pieces(length_s / record.duration_s(), MOST_PIECES, model, self.fastest_hz)
         };
         let train: Vec<Vec<Record>> = self.train.iter().map(cut).collect::<Option<_>>()?;
         let held_out: Vec<Vec<Record>> = self.held_out.iter().map(cut).collect::<Option<_>>()?;
@@ -123,7 +140,7 @@ impl Study {
 
     /// Whether a model leaves so much of a free decay that the two are out of step: nothing but its initial
     /// state holds it to the recording, whereas what drives a machine keeps it in step.
-    fn is_out_of_phase(&self, on_all: &OnAll) -> bool {
+    fn is_out_of_step(&self, on_all: &OnAll) -> bool {
         let is_free = |record: &Record| record.input.is_none();
         self.train.iter().all(is_free) && self.most_left(on_all) > OUT_OF_PHASE
     }
@@ -132,7 +149,7 @@ impl Study {
     /// that leaves less: from a start a few periods off no slope leads back.
     pub(crate) fn in_phase(&self, refitted: Fitted, given: &Hypothesis) -> Fitted {
         let on_all = OnAll { train: refitted.records.clone(), held_out: Vec::new() };
-        if !self.is_out_of_phase(&on_all) {
+        if !self.is_out_of_step(&on_all) {
             return refitted;
         }
         let values = refitted.free.iter().map(|parameter| parameter.given).collect();
@@ -150,11 +167,33 @@ impl Study {
 
     /// The largest share, root mean square, that a model leaves of any output of any training recording.
     fn most_left(&self, on_all: &OnAll) -> f64 {
-        let parts = (0..self.weights.len()).flat_map(|output| self.parts(on_all, output));
-        let shares = parts.filter(|part| part.record.role == Role::Train).map(|part| {
-            let left = dot(&part.residual, &part.residual) / part.residual.len().max(1) as f64;
-            left.sqrt() / reach(&part.record.outputs[part.output].samples).max(f64::MIN_POSITIVE)
-        });
-        shares.fold(0.0, f64::max)
+        self.shares_left(on_all)
+            .into_iter()
+            .flatten()
+            .map(|[left, whole]| (left / whole).sqrt())
+            .fold(0.0, f64::max)
+    }
+
+    /// The same of any output of all training recordings together.
+    fn left_of_all(&self, on_all: &OnAll) -> f64 {
+        let of_output = |parts: Vec<[f64; 2]>| {
+            let [left, whole] = [0, 1].map(|which| parts.iter().map(|part| part[which]).sum::<f64>());
+            (left / whole).sqrt()
+        };
+        self.shares_left(on_all).into_iter().map(of_output).fold(0.0, f64::max)
+    }
+
+    /// What a model leaves of every output of every training recording, and what there was: mean squares.
+    fn shares_left(&self, on_all: &OnAll) -> Vec<Vec<[f64; 2]>> {
+        let of_output = |output: usize| {
+            let parts = self.parts(on_all, output).into_iter().filter(|part| part.record.role == Role::Train);
+            let share = |part: OutputResidual<'_>| {
+                let left = dot(&part.residual, &part.residual) / part.residual.len().max(1) as f64;
+                let whole = reach(&part.record.outputs[part.output].samples).powi(2);
+                [left, whole.max(f64::MIN_POSITIVE)]
+            };
+            parts.map(share).collect()
+        };
+        (0..self.weights.len()).map(of_output).collect()
     }
 }

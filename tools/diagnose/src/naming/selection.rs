@@ -165,6 +165,12 @@ impl Search<'_> {
     fn begun_in_pieces(&mut self, refitted: &Member) -> Option<(Member, Vec<Screened>)> {
         let found = self.found_in_pieces(refitted)?;
         self.held_out_starts = found.held_out_starts;
+        if self.study.much_lower(&found.floors, &self.floors) {
+            self.study.weigh_by_floors(&found.floors);
+            self.floors = found.floors;
+            self.weighed_again = true;
+            self.forget_rounds();
+        }
         let member = self.member(found.laws, found.fitted)?;
         Some((self.weighed_again(member), found.screened))
     }

@@ -3,22 +3,20 @@
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use stillbeam::board::Session;
 use stillbeam::board::serial::SerialBoard;
 use stillbeam_host_tests::emulator::clock_cover::Region;
 use stillbeam_host_tests::emulator::stand_in::{Moment, Registers};
 use stillbeam_host_tests::emulator::{Emulator, EmulatorOptions};
-use stillbeam_host_tests::machine_side::{MachineSide, Mishaps};
+use stillbeam_host_tests::machine_side::{Abreast, MachineSide, Mishaps};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 /// The levels of port B, and the first general input's.
 const LEVELS: Region = Region { base: 0x4002_0410, length: 4 };
 const INPUT_1: u32 = 1 << 12;
 const TICK_HZ: f64 = 4000.0;
-/// From tick to tick in the emulator.
-const TICK_CLOCKS: u64 = 20_999;
 
 const STEPS_PER_MM: f64 = 1000.0;
 const EDGE_MM: f64 = -3.0;
@@ -30,38 +28,16 @@ const BACKOFF_MM: f64 = 0.5;
 
 /// The axis, and the pin of its switch.
 struct Axis {
-    machine: Arc<Mutex<MachineSide>>,
+    machine: Abreast,
     now: u64,
-    /// When the pin was read first, and how many ticks the machine had seen then.
-    first: Option<(u64, usize)>,
     lowest_mm: f64,
-}
-
-impl Axis {
-    /// Where it is, once the machine has seen all that the board did before this tick: it is told of it by a
-    /// thread of its own.
-    fn at_mm(&mut self) -> f64 {
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            let machine = self.machine.lock().expect("no panic");
-            let seen = machine.ticks().len();
-            let (since, ticks) = *self.first.get_or_insert((self.now, seen));
-            let due = ticks + ((self.now - since + TICK_CLOCKS / 2) / TICK_CLOCKS) as usize;
-            if seen >= due {
-                return machine.counted().counts as f64 / STEPS_PER_MM;
-            }
-            drop(machine);
-            assert!(Instant::now() < deadline, "the emulator tells nothing any more");
-            std::thread::yield_now();
-        }
-    }
 }
 
 impl Registers for Axis {
     const OBSERVES: bool = true;
 
     fn read(&mut self, _: u32) -> u32 {
-        let at_mm = self.at_mm();
+        let at_mm = self.machine.counts(self.now) as f64 / STEPS_PER_MM;
         self.lowest_mm = self.lowest_mm.min(at_mm);
         if at_mm <= EDGE_MM { INPUT_1 } else { 0 }
     }
@@ -98,7 +74,7 @@ fn the_image_finds_the_edge_of_its_limit_switch_and_counts_from_there() {
     let port = SerialBoard::open(&path).expect("the port opens");
     let mut session = Session::start_within(Box::new(port), PATIENCE).expect("the console answers");
 
-    let axis = Mutex::new(Axis { machine: Arc::clone(&machine), now: 0, first: None, lowest_mm: 0.0 });
+    let axis = Mutex::new(Axis { machine: Abreast::new(Arc::clone(&machine)), now: 0, lowest_mm: 0.0 });
     let setpoint_mm = emulator
         .standing_in(&[LEVELS], &axis, || {
             for line in [

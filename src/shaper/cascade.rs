@@ -27,21 +27,11 @@
 
 use core::hint::cold_path;
 
+use super::blocks::{BLOCK, PAIR, REPEATED, STAGE, WIDTH, blocks_of};
 use super::stage::{StageTaps, Tap, WEIGHT_ONE};
 use super::table::ShaperTable;
 
 const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
-
-/// Taps of a group.
-const WIDTH: usize = 4;
-/// Words of a block.
-const BLOCK: usize = WIDTH + 1;
-/// Samples that the ring has twice.
-const REPEATED: usize = WIDTH;
-/// Added to a delay: here begins a stage.
-const STAGE: i32 = i32::MIN;
-/// In place of a delay: two taps with delays of their own.
-const PAIR: i32 = i32::MIN / 2;
 
 /// A table together with the memory it runs in.
 ///
@@ -361,65 +351,4 @@ fn lag(lag_ticks: u32) -> [Tap; 1] {
 fn with_lag<'t>(table: &'t ShaperTable, lag: &'t [Tap; 1]) -> impl Iterator<Item = StageTaps<'t>> + Clone {
     let stage = StageTaps::new(lag);
     Some(stage).filter(|stage| stage.duration_ticks() > 0).into_iter().chain(table.stages())
-}
-
-/// Taps that are looked at together.
-enum Taps {
-    /// Up to [`WIDTH`] on neighbouring ticks. It never looks further back than its oldest tap; what it reads beyond its
-    /// youngest has no weight.
-    Group {
-        oldest_delay: i32,
-        /// The oldest first.
-        weights: [i32; WIDTH],
-    },
-    /// Two with no others on neighbouring ticks, the youngest first.
-    Pair([Tap; 2]),
-}
-
-impl Taps {
-    /// The block, for a stage whose newest sample has this delay.
-    fn words(&self, stage_delay: i32) -> [i32; BLOCK] {
-        match self {
-            Self::Group { oldest_delay, weights: [oldest, older, younger, youngest] } => {
-                [*oldest, *older, *younger, *youngest, stage_delay + oldest_delay + 1]
-            }
-            Self::Pair([first, second]) => {
-                let delay = |tap: &Tap| stage_delay + tap.delay_ticks.cast_signed();
-                [first.weight, delay(first), second.weight, delay(second), PAIR]
-            }
-        }
-    }
-}
-
-/// The taps but the one without delay, with increasing delays, which are below the length of a memory wherever a cascade
-/// runs.
-fn blocks_of<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Taps> + use<'t> {
-    let mut rest = stage.taps();
-    if let [Tap { delay_ticks: 0, .. }, after @ ..] = rest {
-        rest = after;
-    }
-    core::iter::from_fn(move || {
-        let count = neighbours(rest);
-        let taps = rest.split_off(..count)?;
-        if let ([first], [second, ..]) = (taps, rest)
-            && neighbours(rest) == 1
-        {
-            rest.split_off_first();
-            return Some(Taps::Pair([*first, *second]));
-        }
-        let oldest = taps.last()?.delay_ticks;
-        let mut weights = [0; WIDTH];
-        for tap in taps {
-            if let Some(weight) = weights.get_mut((oldest - tap.delay_ticks) as usize) {
-                *weight = tap.weight;
-            }
-        }
-        Some(Taps::Group { oldest_delay: oldest.cast_signed(), weights })
-    })
-}
-
-/// How many of these taps are on [`WIDTH`] neighbouring ticks, from the first on.
-fn neighbours(taps: &[Tap]) -> usize {
-    let Some(first) = taps.first() else { return 0 };
-    taps.iter().take_while(|tap| tap.delay_ticks - first.delay_ticks < WIDTH as u32).count()
 }

@@ -211,10 +211,13 @@ impl<'a, S: Read + Write, R: Registers> Server<'a, S, R> {
     /// Lets the CPU run to its next access, or until it is time for a look.
     fn serve_next(&mut self) -> Result<End, Failure> {
         match self.client.resume(if R::OBSERVES { LOOK } else { NOTICE }) {
-            Ok(_) => {
-                let pc = self.client.register(PC).map_err(link)?;
+            Ok(stop) => {
                 self.observe().map_err(link)?;
-                self.serve_one(pc).map_err(|error| (pc, error))?;
+                // A CPU that was told to stop may have come to an access first, and stops for that after it.
+                if stop.watchpoint.is_some() {
+                    let pc = self.client.register(PC).map_err(link)?;
+                    self.serve_one(pc).map_err(|error| (pc, error))?;
+                }
             }
             Err(RspError::Timeout { .. }) => {
                 self.client.interrupt().map_err(link)?;

@@ -320,6 +320,28 @@ fn a_limit_switch_that_nobody_looks_for_is_a_fault() {
     assert!(axis.furthest_mm <= BRAKING_MM, "{}", axis.furthest_mm);
 }
 
+#[test]
+fn a_host_that_falls_silent_ends_a_homing() {
+    let mut axis = Axis::new("limit_max", 100.0, ActiveLevel::High);
+    axis.accept("set link.timeout_ms 200");
+    axis.accept("apply");
+    axis.tick();
+    axis.enable();
+    axis.accept("home");
+    // Heartbeats, at which the board's task looks whether somebody is there.
+    for _ in 0..20 {
+        for _ in 0..200 {
+            axis.tick();
+        }
+        axis.bench.announced();
+    }
+    assert_eq!((axis.line("state").as_str(), axis.line("reference").as_str()), ("rest", "unknown"));
+    let events = axis.bench.send("events").join("\n");
+    assert!(events.contains("link_lost 200"), "{events}");
+    let most_mm = APPROACH_MM_S * 0.3;
+    assert!((1.0..most_mm).contains(&axis.at_mm()), "{}", axis.at_mm());
+}
+
 /// What ends a homing before its time.
 fn interruption() -> impl Strategy<Value = &'static str> {
     prop_oneof![

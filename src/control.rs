@@ -492,6 +492,7 @@ impl<'m> Controller<'m> {
     /// Outputs and encoder go on from the setpoint, without a step, where their scale has changed.
     fn configure(&mut self, mut setup: Setup) {
         setup.guard = self.lenient_guard(setup.guard);
+        let rescales = setup.pulses != self.setup.pulses || setup.encoder != self.setup.encoder;
         if setup.pulses != self.setup.pulses {
             let setpoint = self.setpoint;
             self.pulses = setup.pulses.map(|scale| match &self.pulses {
@@ -506,6 +507,8 @@ impl<'m> Controller<'m> {
         }
         self.configure_source(setup.source);
         self.setup = setup;
+        // Who has to find a reference has to find it again: what was found is another distance now.
+        self.referenced &= !rescales || setup.unreferenced.is_none();
         self.guard_travel();
     }
 

@@ -321,6 +321,34 @@ fn a_limit_switch_that_nobody_looks_for_is_a_fault() {
 }
 
 #[test]
+fn another_scale_makes_the_reference_unknown_and_a_homing_keeps_its_settings() {
+    let mut axis = Axis::new("home_max", 8.0, ActiveLevel::High);
+    axis.enable();
+    axis.accept("home");
+    axis.tick();
+    axis.accept("set home.creep_mm_s 3");
+    assert!(axis.say("apply").starts_with("err busy apply: not at rest but homing"));
+    axis.accept("revert");
+    axis.run_to_rest();
+    assert_eq!(axis.line("reference"), "known");
+    axis.accept("disable");
+    while axis.line("drive") != "disabled" {
+        axis.tick();
+    }
+    axis.accept("set move.velocity_mm_s 200");
+    axis.accept("apply");
+    axis.tick();
+    assert_eq!(axis.line("reference"), "known");
+    axis.accept("set pulses.steps_per_mm 900");
+    axis.accept("apply");
+    axis.tick();
+    assert_eq!(axis.line("reference"), "unknown");
+    axis.enable();
+    let refused = axis.say("move 100");
+    assert!(refused.contains("'home'"), "{refused}");
+}
+
+#[test]
 fn a_host_that_falls_silent_ends_a_homing() {
     let mut axis = Axis::new("limit_max", 100.0, ActiveLevel::High);
     axis.accept("set link.timeout_ms 200");

@@ -1,6 +1,8 @@
 //! `home` on the core, console and tick together: an axis that counts the board's steps, with a switch on it.
 
 use proptest::prelude::*;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
 use stillbeam_firmware::control::{Inputs, TickOutput};
 use stillbeam_firmware::drive::ActiveLevel;
 use stillbeam_firmware::telemetry::Flags;
@@ -23,8 +25,10 @@ struct Axis {
     upward: bool,
     width_mm: f64,
     level: ActiveLevel,
-    /// Where nothing gets past, and whether an encoder sees it.
+    /// Where nothing gets past, as an encoder sees.
     stop_mm: Option<f64>,
+    /// Where the upper end's limit switch begins, which is the second input.
+    upper_mm: f64,
     emergency: bool,
     previous: Option<TickOutput>,
     furthest_mm: f64,
@@ -61,6 +65,7 @@ impl Axis {
             width_mm: if role == "home" { 30.0 } else { f64::INFINITY },
             level,
             stop_mm: None,
+            upper_mm: f64::INFINITY,
             emergency: false,
             previous: None,
             furthest_mm: f64::NEG_INFINITY,
@@ -83,8 +88,10 @@ impl Axis {
     fn look_around(&mut self) {
         let active = (0.0..self.width_mm).contains(&self.beyond_mm());
         let high = active != (self.level == ActiveLevel::Low);
-        let Flags(bit) = Flags::INPUTS[0];
-        let contacts = Flags(if high && self.stop_mm.is_none() { bit } else { 0 });
+        let [Flags(first), Flags(second), _] = Flags::INPUTS;
+        let lower = if high && self.stop_mm.is_none() { first } else { 0 };
+        let upper = if self.at_mm() >= self.upper_mm { second } else { 0 };
+        let contacts = Flags(lower | upper);
         let held_mm = match self.stop_mm {
             Some(stop_mm) if self.upward => self.at_mm().min(stop_mm),
             Some(stop_mm) => self.at_mm().max(stop_mm),
@@ -368,6 +375,69 @@ fn a_host_that_falls_silent_ends_a_homing() {
     assert!(events.contains("link_lost 200"), "{events}");
     let most_mm = APPROACH_MM_S * 0.3;
     assert!((1.0..most_mm).contains(&axis.at_mm()), "{}", axis.at_mm());
+}
+
+/// An axis between two limit switches whose positions are the axis' own once it is homed.
+fn between_switches() -> Axis {
+    let mut axis = Axis::new("limit_min", -60.0, ActiveLevel::High);
+    for line in [
+        "set input2.role limit_max",
+        "set input2.active high",
+        "set home.position_mm -60",
+        "set travel.min_mm -55",
+        "set travel.max_mm 55",
+        "set move.velocity_mm_s 100",
+        "set brake.engage_ms 2",
+        "apply",
+    ] {
+        axis.accept(line);
+    }
+    axis.upper_mm = 60.0;
+    axis
+}
+
+/// Says something at random, as a person would who knows nothing.
+fn say_anything(axis: &mut Axis, random: &mut Xoshiro256PlusPlus) {
+    let mut below = |count: u64| random.next_u64() % count;
+    let line = match below(16) {
+        0..=3 => "home".to_owned(),
+        4..=7 => format!("move {}", below(1300) as f64 / 10.0 - 65.0),
+        8 | 9 => "enable".to_owned(),
+        10 | 11 => "clear".to_owned(),
+        12 => ["stop", "disable", "emergency"][below(3) as usize].to_owned(),
+        13 => ["shaper off", "shaper on"][below(2) as usize].to_owned(),
+        14 => format!("set emergency.stop category_{}", below(2)),
+        _ => "apply".to_owned(),
+    };
+    axis.say(&line);
+}
+
+/// Whatever is said and whenever: the axis passes no switch by more than braking takes, and a reference that
+/// is known is right.
+#[test]
+fn in_long_sessions_no_switch_is_passed_and_what_is_known_is_true() {
+    let mut homed = 0;
+    for seed in 0..6 {
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+        let mut axis = between_switches();
+        let mut known_before = false;
+        for _ in 0..4000 {
+            say_anything(&mut axis, &mut random);
+            for _ in 0..random.next_u64() % 400 {
+                axis.tick();
+                let at_mm = axis.at_mm();
+                // From 100 mm/s at 3 m/s2.
+                assert!((-62.0..=62.0).contains(&at_mm), "seed {seed}: at {at_mm}");
+            }
+            let known = axis.line("reference") == "known";
+            homed += u32::from(known && !known_before);
+            known_before = known;
+            // In the next tick.
+            let error_mm = axis.setpoint_mm() - axis.at_mm();
+            assert!(!known || error_mm.abs() <= TOLERANCE_MM + 0.03, "seed {seed}: {error_mm} mm");
+        }
+    }
+    assert!(homed > 60, "{homed}");
 }
 
 /// What ends a homing before its time.

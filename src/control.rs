@@ -13,12 +13,14 @@
 //! queue, at most one is taken per tick, and memory that is no longer needed goes back through another.
 
 mod following;
+mod homing;
 mod supervision;
 
 use heapless::spsc::{Consumer, Producer};
 
 use crate::drive::{Drive, DriveSetup, Event as DriveEvent, Lines, Outputs, Unusual};
 use crate::fault::{Event, EventRecord, Fault, Latch, Reactions, TravelGuard};
+use crate::homing::{Homing, HomingPlan};
 use crate::motion::stop::Braking;
 use crate::motion::{FinePosition, MotionMemory, MotionPlan, StopPlan};
 use crate::real_time::Asked;
@@ -35,6 +37,8 @@ use crate::units::Nanometres;
 pub enum Request<'m> {
     /// Start a motion. It was planned from the command's position at rest.
     Start(MotionPlan<'m>),
+    /// Look for the reference. It was planned for a machine at rest.
+    Home(HomingPlan),
     /// Bring the command to rest.
     Stop,
     /// Shape with this cascade from now on, the command's motion going over like this.
@@ -68,6 +72,9 @@ pub struct Setup {
     pub braking: Braking,
     /// The travel.
     pub guard: TravelGuard,
+    /// How far from where it was enabled a machine may go that has yet to find its reference; `None` where it has none
+    /// to find.
+    pub unreferenced: Option<Nanometres>,
     /// What faults do.
     pub reactions: Reactions,
     /// What enabling needs and how long it takes.
@@ -168,6 +175,14 @@ pub struct Controller<'m> {
     lines: Lines,
     /// Whether somebody has said where the machine is, or an encoder has watched it since.
     position_known: bool,
+    /// Whether positions count from a reference.
+    referenced: bool,
+    /// Where the drive was enabled.
+    anchor: Nanometres,
+    /// The positions that are permitted now.
+    guard: TravelGuard,
+    /// The reference that homing has found, until positions count from it.
+    found: Option<FinePosition>,
     /// Whether the tick has to look at more than it does every time: the drive is not simply enabled, or an
     /// input is unusual.
     attention: bool,
@@ -196,6 +211,8 @@ enum Motion<'m> {
     Planned(MotionPlan<'m>),
     /// Another controller's pulses are the command.
     Following,
+    /// The machine looks for its reference.
+    Homing(Homing),
     Stop(StopPlan),
     /// The setpoint itself is braked.
     Braking(StopPlan),
@@ -256,6 +273,10 @@ impl<'m> Controller<'m> {
             outputs: Outputs::default(),
             lines: Lines::CHARGE_PUMP,
             position_known: false,
+            referenced: false,
+            anchor: zero,
+            guard: setup.guard,
+            found: None,
             attention: true,
             past_shaper: false,
             conditions: Conditions { flags: Flags::DRIVE_DISABLED, ..Conditions::default() },
@@ -267,6 +288,7 @@ impl<'m> Controller<'m> {
             tick: 0,
             stream: Stream::default(),
         };
+        controller.guard_travel();
         controller.look_at_drive();
         controller.publish::<true>(None);
         controller
@@ -416,6 +438,8 @@ impl<'m> Controller<'m> {
             Request::Start(plan) => {
                 // Planned at rest, where a lag has nothing left to hold back.
                 self.shaping.end_lag();
+                // At rest the shaper is where the setpoint is.
+                self.past_shaper = false;
                 // Where a stop ended need not be a whole nanometre; a motion begins at one.
                 self.recent = [self.command.into(); 3];
                 self.braking = self.setup.braking;
@@ -427,8 +451,12 @@ impl<'m> Controller<'m> {
                     self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking)));
                 }
                 Motion::Following => self.stop_following(),
+                Motion::Homing(_) => {
+                    self.change_motion(Motion::Stop(StopPlan::new(self.recent, self.braking.hardest())));
+                }
                 _ => {}
             },
+            Request::Home(plan) => self.begin_homing(plan),
             Request::Shape(cascade, fade) => {
                 // The console owns the second history only while no handover is under way, so the cascade
                 // is accepted; were it not, its memory would go back at once.
@@ -463,9 +491,8 @@ impl<'m> Controller<'m> {
 
     /// Outputs and encoder go on from the setpoint, without a step, where their scale has changed.
     fn configure(&mut self, mut setup: Setup) {
-        if !self.is_at_rest() {
-            setup.guard = setup.guard.as_lenient_as(self.setup.guard);
-        }
+        setup.guard = self.lenient_guard(setup.guard);
+        let rescales = setup.pulses != self.setup.pulses || setup.encoder != self.setup.encoder;
         if setup.pulses != self.setup.pulses {
             let setpoint = self.setpoint;
             self.pulses = setup.pulses.map(|scale| match &self.pulses {
@@ -480,6 +507,9 @@ impl<'m> Controller<'m> {
         }
         self.configure_source(setup.source);
         self.setup = setup;
+        // Who has to find a reference has to find it again: what was found is another distance now.
+        self.referenced &= !rescales || setup.unreferenced.is_none();
+        self.guard_travel();
     }
 
     /// Looks at the inputs and stops the machine where they say so. Returns where the encoder says it is.
@@ -515,7 +545,7 @@ impl<'m> Controller<'m> {
         if self.past_shaper {
             return self.command;
         }
-        if self.setup.guard.forbids(self.setpoint, shaped) {
+        if self.guard.forbids(self.setpoint, shaped) {
             return self.brake_at_limit(shaped);
         }
         shaped
@@ -552,6 +582,7 @@ impl<'m> Controller<'m> {
     fn advance_command<const FOLLOWS: bool>(&mut self) {
         let next = match &mut self.motion {
             Motion::Following if FOLLOWS => return self.follow_source(),
+            Motion::Homing(_) => return self.step_homing(),
             Motion::Hold | Motion::Following => None,
             Motion::Planned(plan) if !FOLLOWS => plan.step(),
             Motion::Planned(_) => None,
@@ -609,6 +640,7 @@ impl<'m> Controller<'m> {
         match &self.motion {
             _ if self.latch.fault().is_some() => Activity::Fault,
             Motion::Planned(plan) => plan.activity(),
+            Motion::Homing(_) => Activity::Homing,
             Motion::Stop(_) | Motion::Braking(_) => Activity::Stopping,
             Motion::Hold | Motion::Following => {
                 let settled =

@@ -30,6 +30,7 @@ pub mod decimal;
 pub mod drive;
 pub mod elementary;
 pub mod fault;
+pub mod homing;
 pub mod machine;
 pub mod motion;
 pub mod real_time;

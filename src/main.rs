@@ -179,6 +179,7 @@ mod image {
             if let Some(left) = sender.follow(console.streaming()) {
                 serial::send(&left).await;
             }
+            log_refusals(&text);
             serial::send(text.as_bytes()).await;
             text.clear();
         }
@@ -261,6 +262,17 @@ mod image {
 
     #[cfg(not(feature = "defmt"))]
     fn log_drive(_before: State, _now: State) {}
+
+    /// The refusals in a reply.
+    #[cfg(feature = "defmt")]
+    fn log_refusals(reply: &str) {
+        for line in reply.lines().filter(|line| line.starts_with("err ")) {
+            defmt::warn!("{=str}", line);
+        }
+    }
+
+    #[cfg(not(feature = "defmt"))]
+    fn log_refusals(_reply: &str) {}
 
     /// What the console says unasked: faults as they come up.
     #[cfg(feature = "defmt")]

@@ -4,6 +4,9 @@
 //! The accesses come without their times. A tick begins where the image reads TIM9; a train is taken to begin
 //! 1/32 of the tick later, which leaves it its 15/16.
 
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
 use crate::emulator::thumb::Direction;
 use crate::emulator::unmodelled::Access;
 use crate::step_timer::{Counted, LENGTH, StepTimer};
@@ -169,6 +172,47 @@ impl MachineSide {
         if up != self.timer.direction_up {
             self.mishaps.turned_in_train += u32::from(self.timer.is_running());
             self.timer.direction_up = up;
+        }
+    }
+}
+
+/// The machine as who stands in for registers sees it: it is told of the board by a thread of its own, so
+/// that one has to wait until it has seen all that the board did before.
+#[derive(Debug)]
+pub struct Abreast {
+    machine: Arc<Mutex<MachineSide>>,
+    /// When it was asked first, and how many ticks it had seen then.
+    first: Option<(u64, usize)>,
+}
+
+impl Abreast {
+    /// From tick to tick at 4 kHz in the emulator.
+    const TICK_CLOCKS: u64 = 21_000;
+    /// Wall-clock limit for an emulator that tells nothing any more.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// Of a board that ticks at 4 kHz.
+    pub fn new(machine: Arc<Mutex<MachineSide>>) -> Self {
+        Self { machine, first: None }
+    }
+
+    /// What the drive has counted until the tick of this time.
+    ///
+    /// # Panics
+    /// Where the machine is not told of the board any more.
+    pub fn counts(&mut self, clocks: u64) -> i64 {
+        let deadline = Instant::now() + Self::PATIENCE;
+        loop {
+            let machine = self.machine.lock().unwrap_or_else(PoisonError::into_inner);
+            let seen = machine.ticks().len();
+            let (since, ticks) = *self.first.get_or_insert((clocks, seen));
+            let due = ticks + ((clocks - since + Self::TICK_CLOCKS / 2) / Self::TICK_CLOCKS) as usize;
+            if seen >= due {
+                return machine.counted().counts;
+            }
+            drop(machine);
+            assert!(Instant::now() < deadline, "the emulator tells nothing any more");
+            std::thread::yield_now();
         }
     }
 }

@@ -31,6 +31,21 @@ fn taps(lowest: i32) -> impl Strategy<Value = Vec<Tap>> {
     })
 }
 
+/// Up to 16 taps that weigh the same, some of them on neighbouring ticks.
+fn lone_taps() -> impl Strategy<Value = Vec<Tap>> {
+    let gaps = prop::collection::vec(prop_oneof![1 => 1..4_u32, 3 => 4..90_u32], 0..16);
+    gaps.prop_map(|gaps| {
+        let weight = WEIGHT_ONE / (gaps.len() as i32 + 1);
+        let mut taps = vec![Tap { delay_ticks: 0, weight: WEIGHT_ONE - weight * gaps.len() as i32 }];
+        let delays = gaps.iter().scan(0, |delay, gap| {
+            *delay += gap;
+            Some(*delay)
+        });
+        taps.extend(delays.map(|delay_ticks| Tap { delay_ticks, weight }));
+        taps
+    })
+}
+
 fn flat(taps: &[Tap]) -> Result<ShaperTable, TapsError> {
     ShaperTable::from_stages(RATE, [taps].into_iter())
 }
@@ -66,6 +81,26 @@ proptest! {
         let mut cascade = Cascade::new(&table, &mut history).expect("fits");
         for tick in 0..command_nm.len() {
             prop_assert_eq!(cascade.step(command_nm[tick]), convolved(&taps, &command_nm, tick));
+        }
+    }
+
+    /// Stages of taps anywhere, most of them far from each other.
+    #[test]
+    fn stages_of_taps_anywhere_are_the_exact_convolution_of_one_after_the_other(
+        stages in prop::collection::vec(lone_taps(), 2..=4),
+        steps in prop::collection::vec((-1_000_000_000..1_000_000_000_i32, 1..400_usize), 1..6),
+    ) {
+        let table = ShaperTable::from_stages(RATE, stages.iter().map(Vec::as_slice)).expect("valid");
+        let command_nm: Vec<i32> =
+            steps.into_iter().flat_map(|(level, ticks)| std::iter::repeat_n(level, ticks)).collect();
+        let mut expected_nm = command_nm.clone();
+        for taps in &stages {
+            expected_nm = (0..expected_nm.len()).map(|tick| convolved(taps, &expected_nm, tick)).collect();
+        }
+        let mut history = vec![99; table.history_samples()];
+        let mut cascade = Cascade::new(&table, &mut history).expect("fits");
+        for (command_nm, expected_nm) in command_nm.into_iter().zip(expected_nm) {
+            prop_assert_eq!(cascade.step(command_nm), expected_nm);
         }
     }
 

@@ -149,6 +149,35 @@ pub enum Refused {
     Lacking(Lacking),
     /// The command comes from another controller.
     Source(SourceKind),
+    /// Homing is not set up.
+    Homing(HomingLacks),
+}
+
+/// What homing needs and is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum HomingLacks {
+    /// Something to look for.
+    Method,
+    /// An input of this role.
+    Input(&'static str),
+    /// An encoder with a window, to see that the machine is held by a stop.
+    Window,
+    /// A drive that does not care where zero is.
+    RelativeDrive,
+}
+
+impl fmt::Display for HomingLacks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Method => f.write_str("there is nothing to look for; set home.method"),
+            Self::Input(role) => write!(f, "no input has the role {role}; set input1.role"),
+            Self::Window => f.write_str("a stop is felt by the encoder; set encoder.counts_per_mm and encoder.window_mm"),
+            Self::RelativeDrive => f.write_str(
+                "the drive is told where to stand, and would jump; set pulses.kind, or analog.quantity velocity",
+            ),
+        }
+    }
 }
 
 impl fmt::Display for Refused {
@@ -172,6 +201,7 @@ impl fmt::Display for Refused {
                 "the command comes from another controller (source {}); 'disable', 'set source moves' and 'apply' first",
                 kind.name()
             ),
+            Self::Homing(lacks) => lacks.fmt(f),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::settings::{Key, Settings, Value};
 use crate::shaper::KnownTypes;
 
 /// What `help` lists, in the order in which a newcomer needs it.
-static COMMANDS: [(&str, &str); 39] = [
+static COMMANDS: [(&str, &str); 40] = [
     ("help [NAME]", "this list, or what a command or a setting means"),
     ("info", "firmware, tick rate and the shaper that runs"),
     ("status", "what moves, where, faults, and how often what has happened"),
@@ -25,6 +25,7 @@ static COMMANDS: [(&str, &str); 39] = [
     ("enable", "lets the drive run, from where the machine is; nothing moves before"),
     ("disable", "brings the setpoint to rest and switches the drive off"),
     ("position set MM", "says where the machine stands; while the drive is off"),
+    ("home", "looks for the reference as home.method says; moves are short before"),
     ("play [back]", "the uploaded plan from here on, or its mirror image"),
     ("move POSITION_MM", "to an absolute position, with move.profile"),
     (

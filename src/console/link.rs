@@ -38,6 +38,7 @@ impl Console<'_> {
                 | Activity::Pulsing
                 | Activity::Decaying
                 | Activity::Playing
+                | Activity::Homing
         );
         if self.asked.take_heard() || !moves {
             self.host = HostWatch { last_heard: tick, lost: false };

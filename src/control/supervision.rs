@@ -19,6 +19,7 @@ impl Controller<'_> {
     #[cold]
     #[inline(never)]
     pub(super) fn react(&mut self, unusual: Unusual, emergency: bool, missed_ticks: u16, late: bool) {
+        self.end_homing();
         self.take_asked();
         if missed_ticks != 0 {
             self.note(Event::MissedTick, i32::from(missed_ticks));
@@ -61,7 +62,8 @@ impl Controller<'_> {
         inputs.limits(new).for_each(|end| self.note(Event::LimitInput, end));
         let direction = self.setpoint.0.wrapping_sub(self.earlier_setpoint.0).signum();
         // Away from the switch the way is free.
-        if direction != 0 && inputs.limits(unusual).any(|end| end == direction) {
+        let mut limits = inputs.limits(unusual);
+        if direction != 0 && limits.any(|end| end == direction && !self.looks_for_limit(end)) {
             self.trip(Fault::LimitInput);
         }
     }
@@ -74,7 +76,8 @@ impl Controller<'_> {
                 (self.position_known || self.setup.drive.relative)
                     && at_nm.unsigned_abs() <= FURTHEST_NM.unsigned_abs()
             }
-            None => self.position_known,
+            // Homing will find it.
+            None => self.position_known || (self.setup.unreferenced.is_some() && self.setup.drive.relative),
         };
         self.setup
             .drive
@@ -140,7 +143,10 @@ impl Controller<'_> {
     /// The drive is off: the setpoint stays, and the machine perhaps does not.
     fn let_go(&mut self) {
         let moves = self.setpoint != self.earlier_setpoint;
-        self.position_known &= !moves || self.encoder.is_some();
+        if moves && self.encoder.is_none() {
+            self.position_known = false;
+            self.set_referenced(false);
+        }
         self.change_motion(Motion::Hold);
         self.pass_shaper();
     }
@@ -162,6 +168,8 @@ impl Controller<'_> {
             let at = encoder.position();
             self.shift_to(at);
         }
+        self.anchor = self.setpoint;
+        self.guard_travel();
         self.tell_drive(DriveEvent::Enable);
     }
 
@@ -174,7 +182,7 @@ impl Controller<'_> {
         if let Some(encoder) = &mut self.encoder {
             encoder.set_reference(position);
         }
-        self.position_known = true;
+        self.set_referenced(true);
     }
 
     /// Puts command and setpoint at `position` while the drive is off: no output makes up for it by steps or

@@ -17,7 +17,7 @@ pub enum InputRole {
     LimitMin,
     /// The limit switch at the upper end.
     LimitMax,
-    /// A reference switch; recorded only.
+    /// A reference switch, for homing.
     Home,
     /// The trigger of another instrument; recorded only.
     Trigger,
@@ -80,6 +80,9 @@ pub struct InputRoles {
     limit_min: u8,
     limit_max: u8,
     emergency: u8,
+    home: u8,
+    /// Of those the ones that are active low.
+    home_low: u8,
 }
 
 impl InputRoles {
@@ -95,7 +98,12 @@ impl InputRoles {
             // A drive that is not ready is what is unusual.
             let usual_high = active_low != (role == InputRole::Ready);
             let kind = match role {
-                InputRole::None | InputRole::Home | InputRole::Trigger => continue,
+                InputRole::None | InputRole::Trigger => continue,
+                InputRole::Home => {
+                    roles.home |= bit;
+                    roles.home_low |= if active_low { bit } else { 0 };
+                    continue;
+                }
                 InputRole::Ready | InputRole::Fault => &mut roles.drive,
                 InputRole::LimitMin => &mut roles.limit_min,
                 InputRole::LimitMax => &mut roles.limit_max,
@@ -122,6 +130,21 @@ impl InputRoles {
     /// Whether an input says that this is an emergency.
     pub fn is_emergency(&self, unusual: Unusual) -> bool {
         unusual.0 & self.emergency != 0
+    }
+
+    /// Whether a home switch is active.
+    pub fn is_home(&self, contacts: Flags) -> bool {
+        (contacts.0 ^ self.home_low) & self.home != 0
+    }
+
+    /// Whether there is a home switch.
+    pub fn has_home(&self) -> bool {
+        self.home != 0
+    }
+
+    /// Whether there is a limit switch at this end: -1 the lower, 1 the upper one.
+    pub fn has_limit(&self, end: i32) -> bool {
+        (if end < 0 { self.limit_min } else { self.limit_max }) != 0
     }
 
     /// The ends at which the machine is: -1 the lower, 1 the upper one.

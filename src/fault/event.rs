@@ -45,11 +45,15 @@ pub enum Event {
     LimitInput,
     /// The drive says that it is not ready, or reports a fault. By the tick.
     Drive,
+    /// Homing has found the reference. Value: by how much positions have changed, in nm. By the tick.
+    Homed,
+    /// Homing has come too far without finding the reference. Value: the setpoint in nm. By the tick.
+    HomeFailed,
 }
 
 impl Event {
     /// Every kind, in the order of their counters.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::MissedTick,
         Self::LateTick,
         Self::Limit,
@@ -68,6 +72,8 @@ impl Event {
         Self::LinkLost,
         Self::LimitInput,
         Self::Drive,
+        Self::Homed,
+        Self::HomeFailed,
     ];
 
     /// The word that `events` and `status` print.
@@ -91,6 +97,8 @@ impl Event {
             Self::LinkLost => "link_lost",
             Self::LimitInput => "limit_input",
             Self::Drive => "drive",
+            Self::Homed => "homed",
+            Self::HomeFailed => "home_failed",
         }
     }
 }

@@ -20,6 +20,13 @@ impl TravelGuard {
         Self { low: Nanometres(lowest), high: Nanometres(highest), slack }
     }
 
+    /// As lenient a guard of the positions as far as `reach` around `centre`.
+    #[must_use]
+    pub fn around(self, centre: Nanometres, reach: Nanometres) -> Self {
+        let (low, high) = (centre.0.saturating_sub(reach.0), centre.0.saturating_add(reach.0));
+        Self::new(Nanometres(low), Nanometres(high), self.slack)
+    }
+
     /// The same travel with at least the slack of `earlier`, which a motion under way may still need.
     pub fn as_lenient_as(self, earlier: Self) -> Self {
         let more = Nanometres(earlier.slack.0.saturating_sub(self.slack.0).max(0));

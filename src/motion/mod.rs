@@ -59,6 +59,13 @@ pub enum MotionError {
         /// The permitted positions in millimetres.
         range_mm: (f64, f64),
     },
+    /// The machine has yet to find its reference, and a position of the motion is too far from where it was enabled.
+    Unreferenced {
+        /// The position in millimetres.
+        position_mm: f64,
+        /// The permitted positions in millimetres.
+        range_mm: (f64, f64),
+    },
     /// The motion needs more velocity than the limit.
     Velocity {
         /// What it needs, in mm/s.
@@ -136,6 +143,13 @@ impl fmt::Display for MotionError {
                 Decimal(range_mm.0),
                 Decimal(range_mm.1),
                 Decimal(MAX_TRAVEL_MM)
+            ),
+            Self::Unreferenced { position_mm, range_mm } => write!(
+                f,
+                "position {} mm is outside {}..{} mm, all that is permitted before 'home' (home.unreferenced_mm)",
+                Decimal(*position_mm),
+                Decimal(range_mm.0),
+                Decimal(range_mm.1)
             ),
             Self::Velocity { needed_mm_s, limit_mm_s } => {
                 write!(

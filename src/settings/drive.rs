@@ -127,6 +127,11 @@ impl DriveSettings {
         EncoderScale::new(self.encoder.counts_per_mm, self.encoder.window_mm)
     }
 
+    /// The window of the encoder in mm; `None` without an encoder or a window.
+    pub fn encoder_window_mm(&self) -> Option<f64> {
+        self.encoder().map(|_| self.encoder.window_mm).filter(|window_mm| *window_mm > 0.0)
+    }
+
     /// Whether an encoder outside its window stops the machine.
     pub fn stops_on_encoder(&self) -> bool {
         self.reactions.encoder != Reaction::Report

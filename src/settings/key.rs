@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use super::{DriveKey, INPUTS, InputKey, ModeSetting, SafetyKey, Settings, SourceKey};
+use super::{DriveKey, HomingKey, INPUTS, InputKey, ModeSetting, SafetyKey, Settings, SourceKey};
 use crate::decimal::{self, Decimal};
 use crate::motion::Profile;
 use crate::shaper::{KnownTypes, MAX_MODES, Mode, ShaperType};
@@ -45,6 +45,8 @@ pub enum Key {
     Input(usize, InputKey),
     /// `source` and `source.…`
     Source(SourceKey),
+    /// `home.…`
+    Homing(HomingKey),
 }
 
 /// Which value of a mode.
@@ -228,6 +230,7 @@ impl Key {
             .chain(SafetyKey::ALL.map(Self::Safety))
             .chain((0..INPUTS).flat_map(|input| InputKey::ALL.map(|key| Self::Input(input, key))))
             .chain(SourceKey::ALL.map(Self::Source))
+            .chain(HomingKey::ALL.map(Self::Homing))
     }
 
     /// The unit, empty for a bare number.
@@ -244,6 +247,7 @@ impl Key {
             Self::Drive(key) => key.unit(),
             Self::Safety(key) => key.unit(),
             Self::Source(key) => key.unit(),
+            Self::Homing(key) => key.unit(),
             Self::Input(..) => "",
         }
     }
@@ -269,6 +273,7 @@ impl Key {
             Self::Safety(key) => key.meaning(),
             Self::Input(_, key) => key.meaning(),
             Self::Source(key) => key.meaning(),
+            Self::Homing(key) => key.meaning(),
         }
     }
 
@@ -290,6 +295,7 @@ impl Key {
             Self::Safety(key) => key.range(),
             Self::Input(..) => (0.0, 0.0),
             Self::Source(key) => key.range(),
+            Self::Homing(key) => key.range(),
         }
     }
 }
@@ -303,6 +309,7 @@ impl Key {
             Self::Safety(key) => key.words(),
             Self::Input(_, key) => Some(key.words()),
             Self::Source(key) => key.words(),
+            Self::Homing(key) => key.words(),
             Self::ShaperSource => Some(&ShaperSource::WORDS),
             _ => None,
         }
@@ -350,6 +357,7 @@ impl fmt::Display for Key {
             Self::Drive(key) => key.name(),
             Self::Safety(key) => key.name(),
             Self::Source(key) => key.name(),
+            Self::Homing(key) => key.name(),
             Self::Input(input, key) => return write!(f, "input{}.{}", input + 1, key.name()),
         })
     }
@@ -402,6 +410,7 @@ impl Settings {
             Key::Safety(key) => self.safety.get(key),
             Key::Input(input, key) => self.inputs.get(input, key),
             Key::Source(key) => self.source.get(key),
+            Key::Homing(key) => self.homing.get(key),
         }
     }
 
@@ -439,6 +448,7 @@ impl Settings {
             (Key::Safety(key), Value::Word(choice)) => self.safety.put_word(key, choice)?,
             (Key::Input(input, key), Value::Word(choice)) => self.inputs.put_word(input, key, choice)?,
             (Key::Source(key), Value::Word(choice)) => self.source.put_word(key, choice)?,
+            (Key::Homing(key), Value::Word(choice)) => self.homing.put_word(key, choice)?,
             (Key::Profile, value) => self.profile = profile(value)?,
             (_, Value::Shaper(_) | Value::Word(_)) => return Err(Refusal::NotANumber),
             (_, Value::Number(number)) => self.put_number(key, in_range(key, number)?)?,
@@ -472,6 +482,7 @@ impl Settings {
             Key::Safety(key) => self.safety.put_number(key, number)?,
             Key::Input(_, key) => return Err(Refusal::NotAWord { words: key.words() }),
             Key::Source(key) => self.source.put_number(key, number)?,
+            Key::Homing(key) => self.homing.put_number(key, number)?,
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 
 pub mod drive;
 pub mod erase_journal;
+pub mod homing;
 pub mod inputs;
 pub mod key;
 pub mod record;
@@ -12,6 +13,7 @@ pub mod source;
 pub mod store;
 
 pub use drive::{DriveKey, DriveSettings, EmergencyInput, PulseKind};
+pub use homing::{HomingKey, HomingMethod, HomingSettings};
 pub use inputs::{INPUTS, InputKey, InputSettings};
 pub use key::{Choice, Key, ModeKey, Refusal, ShaperSource, Value};
 pub use safety::{SafetyKey, SafetySettings};
@@ -55,6 +57,7 @@ pub struct Settings {
     safety: SafetySettings,
     inputs: InputSettings,
     source: SourceSettings,
+    homing: HomingSettings,
 }
 
 impl Settings {
@@ -114,6 +117,11 @@ impl Settings {
         &self.source
     }
 
+    /// How the machine finds its reference.
+    pub fn homing(&self) -> &HomingSettings {
+        &self.homing
+    }
+
     /// What the tick needs of all this at a tick rate that the board can run, before a shaper whose taps have
     /// this sum of magnitudes.
     pub fn setup(&self, tick_rate: TickRate, shaper_gain: f64) -> Setup {
@@ -125,6 +133,7 @@ impl Settings {
             braking: Braking::new(&limits, self.profile, tick_rate),
             // The ends of the travel are within what positions can say.
             guard: TravelGuard::new(end(first_mm), end(last_mm), end(slack_mm)),
+            unreferenced: self.homing.unreferenced_mm().map(end),
             reactions: Reactions { emergency: self.safety.emergency_stop(), ..self.drive.reactions() },
             drive: DriveSetup {
                 times: self.safety.times(&self.limits, tick_rate),
@@ -175,6 +184,7 @@ impl Default for Settings {
             safety: SafetySettings::default(),
             inputs: InputSettings::default(),
             source: SourceSettings::default(),
+            homing: HomingSettings::default(),
         }
     }
 }

@@ -36,7 +36,7 @@ pub const TABLE: u8 = 33;
 pub const SEAL: u8 = 128;
 
 const FIRST_OF_MODES: u8 = 16;
-/// Ids per mode, one of them spare.
+/// Ids per mode; the last of them is one of homing's.
 const PER_MODE: u8 = 4;
 
 impl Key {
@@ -57,6 +57,7 @@ impl Key {
             Self::Safety(key) => key.id(),
             Self::Input(input, key) => key.id(input),
             Self::Source(key) => key.id(),
+            Self::Homing(key) => key.id(),
             Self::ShaperSource => 32,
             Self::Mode(index, part) => {
                 let part = match part {

@@ -12,11 +12,13 @@
 //! **Blocks.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse. They are stored
 //! as groups of [`WIDTH`] weights with one delay, missing taps having the weight zero. Past its end the ring repeats its
 //! first samples, so that no group is cut in two: one comparison per group finds the wrap and bounds the access. What begins
-//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that fails.
+//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that fails. So are two
+//! taps that have no neighbours: as groups they would cost what eight taps do.
 //!
 //! ```text
-//! words: | stage | group | group | ... | stage | group | ... | ring: samples in order of time, wrapping | its first WIDTH - 1 again |
+//! words: | stage | group | group | ... | stage | pair | ... | ring: samples in order of time, wrapping | its first WIDTH again |
 //! group: | weight of the oldest | ... | weight of the youngest | delay of the oldest |
+//! pair:  | weight | delay | weight | delay | PAIR |
 //! stage: | weight of its newest sample | 0 | 0 | 0 | delay of its newest sample + STAGE |
 //! ```
 //!
@@ -25,19 +27,11 @@
 
 use core::hint::cold_path;
 
+use super::blocks::{BLOCK, PAIR, REPEATED, STAGE, WIDTH, blocks_of};
 use super::stage::{StageTaps, Tap, WEIGHT_ONE};
 use super::table::ShaperTable;
 
 const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
-
-/// Taps of a group.
-const WIDTH: usize = 4;
-/// Words of a block.
-const BLOCK: usize = WIDTH + 1;
-/// Samples that the ring has twice.
-const REPEATED: usize = WIDTH;
-/// Added to a delay: here begins a stage.
-const STAGE: i32 = i32::MIN;
 
 /// A table together with the memory it runs in.
 ///
@@ -52,6 +46,8 @@ pub struct Cascade<'m> {
     samples: u16,
     /// Where in the ring the newest sample of the first stage is.
     newest: u16,
+    /// Whether a block is a pair of taps.
+    pairs: bool,
     duration_ticks: u32,
     /// By how much the first stage, which does nothing else, delays.
     lag_ticks: u32,
@@ -104,31 +100,38 @@ impl<'m> Cascade<'m> {
         }
         history.fill(0);
         let mut places = history.as_chunks_mut::<BLOCK>().0.iter_mut();
-        let (mut delay, mut blocks) = (0, 0);
+        let (mut delay, mut blocks, mut pairs) = (0, 0, false);
         let mut write = |block: [i32; BLOCK]| {
             // The memory is long enough for all.
             if let Some(place) = places.next() {
                 *place = block;
                 blocks += 1;
+                pairs |= matches!(block, [.., PAIR]);
             }
         };
         for stage in stages.clone() {
             let now = stage.taps().first().filter(|tap| tap.delay_ticks == 0);
             write([now.map_or(0, |tap| tap.weight), 0, 0, 0, delay + STAGE]);
-            for Group { oldest_delay, weights: [oldest, older, younger, youngest] } in groups(stage) {
-                write([oldest, older, younger, youngest, delay + oldest_delay + 1]);
-            }
+            blocks_of(stage).for_each(|block| write(block.words(delay)));
             // All delays are below `needed`.
             delay += own_samples(stage) as i32;
         }
         let samples = ring_samples(stages) as u16;
         let duration_ticks = table.duration_ticks().saturating_add(lag_ticks);
-        Ok(Self { memory: history, blocks, samples, newest: 0, duration_ticks, lag_ticks })
+        Ok(Self { memory: history, blocks, samples, newest: 0, pairs, duration_ticks, lag_ticks })
     }
 
     /// The cascade that changes nothing, holding on to `history`.
     pub fn identity(history: &'m mut [i32]) -> Self {
-        Self { memory: history, blocks: 0, samples: 0, newest: 0, duration_ticks: 0, lag_ticks: 0 }
+        Self {
+            memory: history,
+            blocks: 0,
+            samples: 0,
+            newest: 0,
+            pairs: false,
+            duration_ticks: 0,
+            lag_ticks: 0,
+        }
     }
 
     /// The memory, for the next table.
@@ -159,9 +162,25 @@ impl<'m> Cascade<'m> {
     }
 
     /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can, ends there.
-    // On its own it has all registers to itself.
-    #[inline(never)]
+    #[inline]
     pub fn step(&mut self, input_nm: i32) -> i32 {
+        if self.pairs { self.step_paired(input_nm) } else { self.step_grouped(input_nm) }
+    }
+
+    // On their own they have all registers to themselves, and who has no pairs does not pay for them.
+
+    #[inline(never)]
+    fn step_grouped(&mut self, input_nm: i32) -> i32 {
+        self.step_as::<false>(input_nm)
+    }
+
+    #[inline(never)]
+    fn step_paired(&mut self, input_nm: i32) -> i32 {
+        self.step_as::<true>(input_nm)
+    }
+
+    #[inline(always)]
+    fn step_as<const PAIRS: bool>(&mut self, input_nm: i32) -> i32 {
         let samples = usize::from(self.samples);
         let Some((blocks, ring)) = self.memory.split_at_mut_checked(usize::from(self.blocks) * BLOCK) else {
             return input_nm;
@@ -179,11 +198,14 @@ impl<'m> Cascade<'m> {
         let mut running = Running { ring, samples, newest, sum: i64::from(input_nm) << WEIGHT_BITS };
         let (fours, rest) = blocks.as_chunks::<BLOCK>().0.as_chunks::<4>();
         let inside = fours.iter().all(|[first, second, third, fourth]| {
-            running.take(first) && running.take(second) && running.take(third) && running.take(fourth)
+            running.take::<PAIRS>(first)
+                && running.take::<PAIRS>(second)
+                && running.take::<PAIRS>(third)
+                && running.take::<PAIRS>(fourth)
         });
         if inside {
             // Where one does not lie within the ring, neither do those after it.
-            let _ = rest.iter().all(|block| running.take(block));
+            let _ = rest.iter().all(|block| running.take::<PAIRS>(block));
         }
         let sum = running.sum;
         // Sums are below 2⁶³, so this is the sample's upper half less two bits.
@@ -207,10 +229,13 @@ struct Running<'r> {
 impl Running<'_> {
     /// One block; whether it lay within the ring.
     #[inline(always)]
-    fn take(&mut self, [oldest, older, younger, youngest, delay]: &[i32; BLOCK]) -> bool {
+    fn take<const PAIRS: bool>(&mut self, [oldest, older, younger, youngest, delay]: &[i32; BLOCK]) -> bool {
         let place = self.newest.wrapping_sub(*delay as usize);
         let samples_nm = match window(self.ring, place, self.samples) {
             Some(window) => window,
+            None if PAIRS && *delay == PAIR => {
+                return self.take_lone(*oldest, *older) && self.take_lone(*younger, *youngest);
+            }
             None if *delay < 0 => {
                 // Between stages a sample is a weighted mean of i32 samples with non-negative weights.
                 let input_nm = (self.sum >> WEIGHT_BITS) as i32;
@@ -240,6 +265,26 @@ impl Running<'_> {
         self.sum += i64::from(*b) * i64::from(*older);
         self.sum += i64::from(*c) * i64::from(*younger);
         self.sum += i64::from(*d) * i64::from(*youngest);
+        true
+    }
+
+    /// One tap alone; whether it lay within the ring.
+    #[inline(always)]
+    fn take_lone(&mut self, weight: i32, delay: i32) -> bool {
+        let place = self.newest.wrapping_sub(delay as usize);
+        // The group that begins there: its bounds need no second check.
+        let [sample_nm, ..] = match window(self.ring, place, self.samples) {
+            Some(window) => window,
+            None => {
+                cold_path();
+                self.newest = self.newest.wrapping_add(self.samples);
+                match window(self.ring, place.wrapping_add(self.samples), self.samples) {
+                    Some(window) => window,
+                    None => return false,
+                }
+            }
+        };
+        self.sum += i64::from(*sample_nm) * i64::from(weight);
         true
     }
 }
@@ -293,7 +338,7 @@ fn ring_samples<'t>(stages: impl Iterator<Item = StageTaps<'t>>) -> usize {
 
 /// Words of memory for these stages.
 fn words<'t>(stages: impl Iterator<Item = StageTaps<'t>> + Clone) -> usize {
-    let blocks: usize = stages.clone().map(|stage| 1 + groups(stage).count()).sum();
+    let blocks: usize = stages.clone().map(|stage| 1 + blocks_of(stage).count()).sum();
     ring_samples(stages).saturating_add(BLOCK * blocks + REPEATED)
 }
 
@@ -306,34 +351,4 @@ fn lag(lag_ticks: u32) -> [Tap; 1] {
 fn with_lag<'t>(table: &'t ShaperTable, lag: &'t [Tap; 1]) -> impl Iterator<Item = StageTaps<'t>> + Clone {
     let stage = StageTaps::new(lag);
     Some(stage).filter(|stage| stage.duration_ticks() > 0).into_iter().chain(table.stages())
-}
-
-/// Up to [`WIDTH`] taps on neighbouring ticks.
-struct Group {
-    oldest_delay: i32,
-    /// The oldest first.
-    weights: [i32; WIDTH],
-}
-
-/// The taps but the one without delay, in groups with increasing delays. A group never looks further back than its
-/// oldest tap; what it reads beyond its youngest has no weight.
-fn groups<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Group> + use<'t> {
-    let mut rest = stage.taps();
-    if let [Tap { delay_ticks: 0, .. }, after @ ..] = rest {
-        rest = after;
-    }
-    core::iter::from_fn(move || {
-        let youngest = rest.first()?.delay_ticks;
-        let count = rest.iter().take_while(|tap| tap.delay_ticks - youngest < WIDTH as u32).count();
-        let taps = rest.split_off(..count)?;
-        let oldest = taps.last()?.delay_ticks;
-        let mut weights = [0; WIDTH];
-        for tap in taps {
-            if let Some(weight) = weights.get_mut((oldest - tap.delay_ticks) as usize) {
-                *weight = tap.weight;
-            }
-        }
-        // Delays are below the length of a memory wherever a cascade runs.
-        Some(Group { oldest_delay: oldest.cast_signed(), weights })
-    })
 }

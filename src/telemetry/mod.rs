@@ -10,7 +10,7 @@ pub mod sender;
 mod source;
 
 use core::fmt;
-use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, AtomicU32, Ordering};
 
 use crate::drive::{Lacking, State};
 use crate::fault::{Counters, Event, Fault};
@@ -170,11 +170,13 @@ pub enum Activity {
     Playing = 9,
     /// Another controller's pulses move the setpoint, or did a moment ago.
     Following = 10,
+    /// The machine looks for its reference.
+    Homing = 11,
 }
 
 impl Activity {
     /// Every activity.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Rest,
         Self::Moving,
         Self::Sweeping,
@@ -186,6 +188,7 @@ impl Activity {
         Self::Decaying,
         Self::Playing,
         Self::Following,
+        Self::Homing,
     ];
 
     /// The activity of this number, if there is one.
@@ -212,6 +215,7 @@ impl Activity {
             Self::Decaying => "decaying",
             Self::Playing => "playing",
             Self::Following => "following",
+            Self::Homing => "homing",
         }
     }
 }
@@ -232,6 +236,8 @@ pub struct Status {
     drive: AtomicU8,
     lacking: AtomicU8,
     source: SourceStatus,
+    referenced: AtomicBool,
+    anchor_nm: AtomicI32,
     counters: Counters,
     /// Clocks of the tick's timer from when the tick was due to its end: of the last one, and of the longest
     /// so far.
@@ -253,6 +259,8 @@ impl Status {
             drive: AtomicU8::new(State::NotReady as u8),
             lacking: AtomicU8::new(0),
             source: SourceStatus::new(),
+            referenced: AtomicBool::new(false),
+            anchor_nm: AtomicI32::new(0),
             counters: Counters::new(),
             last_duration: AtomicU32::new(0),
             worst_duration: AtomicU32::new(0),
@@ -310,6 +318,16 @@ impl Status {
         Lacking(self.lacking.load(Ordering::Relaxed))
     }
 
+    /// Whether positions count from a reference: homing has found it, or somebody has said where the machine is.
+    pub fn is_referenced(&self) -> bool {
+        self.referenced.load(Ordering::Relaxed)
+    }
+
+    /// Where the drive was enabled last.
+    pub fn anchor(&self) -> Nanometres {
+        Nanometres(self.anchor_nm.load(Ordering::Relaxed))
+    }
+
     /// What another controller's pulses have made, where they are the command.
     pub fn source(&self) -> &SourceStatus {
         &self.source
@@ -343,6 +361,11 @@ impl Status {
 
     pub(crate) fn publish_drive(&self, state: State) {
         self.drive.store(state as u8, Ordering::Relaxed);
+    }
+
+    pub(crate) fn publish_reference(&self, referenced: bool, anchor: Nanometres) {
+        self.anchor_nm.store(anchor.0, Ordering::Relaxed);
+        self.referenced.store(referenced, Ordering::Relaxed);
     }
 
     pub(crate) fn publish_lacking(&self, lacking: Lacking) {

@@ -12,8 +12,10 @@ const MODES: [(f64, f64); 4] = [(5.0, 0.01), (31.0, 0.01), (60.0, 0.01), (90.0, 
 const FLAT_PAIRS: &str = "flat, in pairs";
 /// The same with no two taps next to each other.
 const FLAT_SINGLE: &str = "flat, one by one";
-/// As many of those as there can be: the most that a table costs.
+/// As many of those as there can be.
 const FLAT_MOST: &str = "flat, 64 one by one";
+/// The same in as many stages as there can be: the most that a table costs.
+const STAGES_MOST: &str = "four stages, 64 one by one";
 const FLAT_SPACING_TICKS: u32 = 100;
 
 /// One state of the machine in which ticks are counted.
@@ -65,6 +67,8 @@ pub enum Motion {
     Quadrature,
     /// The same, faster than the setpoint may follow.
     Saturated,
+    /// The same, put out as steps, with an encoder, during which the table goes over into another.
+    WiredSaturated,
 }
 
 impl Motion {
@@ -98,6 +102,7 @@ impl Motion {
             Self::StepDir => "following, step_dir",
             Self::Quadrature => "following, quadrature",
             Self::Saturated => "following, saturated",
+            Self::WiredSaturated => "following, saturated, tables changing, steps and encoder",
         }
     }
 
@@ -118,17 +123,18 @@ impl Motion {
 
     /// The acceleration that moves have to have, in mm/s² with 1 mm/s.
     pub fn acceleration_mm_s2(self) -> f64 {
-        if self.changes_tables() { 1.0 / Self::HANDOVER_S } else { 5000.0 }
+        // What follows is handed over in the time of the longer table.
+        if self.changes_tables() && !self.follows() { 1.0 / Self::HANDOVER_S } else { 5000.0 }
     }
 
     /// Whether two tables are at work.
     pub fn changes_tables(self) -> bool {
-        matches!(self, Self::Handover | Self::WiredHandover)
+        matches!(self, Self::Handover | Self::WiredHandover | Self::WiredSaturated)
     }
 
     /// Whether another controller moves the machine from when it is enabled on.
     pub fn follows(self) -> bool {
-        Self::SOURCES.contains(&self)
+        Self::SOURCES.contains(&self) || self == Self::WiredSaturated
     }
 
     /// The settings of the source: some 20 nm per tick, within 1 mm/s; or a thousand times that.
@@ -136,7 +142,7 @@ impl Motion {
         let (kind, gear_counts) = match self {
             Self::StepDir => ("step_dir", 250),
             Self::Quadrature => ("quadrature", 1000),
-            Self::Saturated => ("quadrature", 1),
+            Self::Saturated | Self::WiredSaturated => ("quadrature", 1),
             _ => ("moves", 1),
         };
         [
@@ -149,7 +155,7 @@ impl Motion {
     /// The settings of steps and encoder: a step in every tick at 1 mm/s.
     fn wiring(self) -> [&'static str; 3] {
         match self {
-            Self::Wired | Self::WiredSweep | Self::WiredHandover => {
+            Self::Wired | Self::WiredSweep | Self::WiredHandover | Self::WiredSaturated => {
                 ["set pulses.kind step", "set pulses.steps_per_mm 4000", "set encoder.counts_per_mm 1000"]
             }
             _ => ["set pulses.kind off", "set pulses.steps_per_mm 100", "set encoder.counts_per_mm 0"],
@@ -170,13 +176,15 @@ impl Motion {
             Self::Handover => {
                 vec![move_there, format!("set mode1.frequency_hz {}", 1.02 * MODES[0].0), "apply".to_owned()]
             }
-            Self::WiredHandover => {
-                let mut lines = vec![move_there];
-                if shaper == FLAT_MOST {
-                    lines.extend(flat(64, 1, FLAT_SPACING_TICKS - 1));
-                } else {
-                    lines.extend(designed(MODES.len(), "zvddd", 1.02));
-                    lines.push("apply".to_owned());
+            Self::WiredHandover | Self::WiredSaturated => {
+                let mut lines = if self.follows() { vec![] } else { vec![move_there] };
+                match shaper {
+                    FLAT_MOST => lines.extend(flat(64, 1, FLAT_SPACING_TICKS - 1)),
+                    STAGES_MOST => lines.extend(stages(4, 16, 1, FLAT_SPACING_TICKS - 1)),
+                    _ => {
+                        lines.extend(designed(MODES.len(), "zvddd", 1.02));
+                        lines.push("apply".to_owned());
+                    }
                 }
                 lines
             }
@@ -205,8 +213,10 @@ impl Case {
         for (modes, shaper) in [(1, "zv"), (2, "zvd"), (2, "zvdd")] {
             cases.push(Self { modes, shaper, streams: false, motion: Motion::Handover });
         }
-        for (modes, shaper) in [(2, "zvdd"), (4, "zvddd"), (1, FLAT_MOST)] {
-            for motion in [Motion::Wired, Motion::WiredSweep, Motion::WiredHandover] {
+        for (modes, shaper) in [(2, "zvdd"), (4, "zvddd"), (1, FLAT_MOST), (1, STAGES_MOST)] {
+            // What comes after all of them moves by itself.
+            let motions = [Motion::WiredSaturated, Motion::Wired, Motion::WiredSweep, Motion::WiredHandover];
+            for motion in motions {
                 cases.extend([false, true].map(|streams| Self { modes, shaper, streams, motion }));
             }
         }
@@ -223,6 +233,7 @@ impl Case {
             quiet(2, "zvdd", Motion::Sweep),
             quiet(2, "zvdd", Motion::StepDir),
             quiet(2, "zvdd", Motion::Saturated),
+            Self { modes: 1, shaper: STAGES_MOST, streams: true, motion: Motion::WiredSaturated },
             Self { modes: 1, shaper: FLAT_MOST, streams: true, motion: Motion::WiredHandover },
         ]
     }
@@ -237,6 +248,7 @@ impl Case {
             FLAT_PAIRS => Some(flat(16, 2, FLAT_SPACING_TICKS)),
             FLAT_SINGLE => Some(flat(16, 1, FLAT_SPACING_TICKS)),
             FLAT_MOST => Some(flat(64, 1, FLAT_SPACING_TICKS)),
+            STAGES_MOST => Some(stages(4, 16, 1, FLAT_SPACING_TICKS)),
             _ => None,
         };
         if uploaded.is_none() {
@@ -268,11 +280,17 @@ fn designed(modes: usize, shaper: &str, factor: f64) -> Vec<String> {
 /// The commands that upload a flat table of so many equal taps, in runs of `run` that begin so many ticks
 /// apart.
 fn flat(taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
-    let mut bytes = taps.to_le_bytes().to_vec();
+    stages(1, taps, run, spacing_ticks)
+}
+
+/// The same for a table of so many such stages.
+fn stages(count: usize, taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
+    let mut stage = taps.to_le_bytes().to_vec();
     for tap in 0..taps {
         let delay = tap / run * spacing_ticks + tap % run;
-        bytes.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / taps as i32).to_le_bytes()));
+        stage.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / taps as i32).to_le_bytes()));
     }
+    let bytes = stage.repeat(count);
     let mut lines = vec![format!("table begin {} {:08x} 4000", bytes.len(), crc32(&bytes))];
     for (number, frame) in bytes.chunks(MAX_FRAME_BYTES).enumerate() {
         let hex: String = frame.iter().map(|byte| format!("{byte:02x}")).collect();

@@ -48,6 +48,8 @@ pub(super) struct Circumstances {
     pub cover: ClockCover,
     /// The virtual time of the reset, in ns.
     pub reset_at: u32,
+    /// The core stays stopped at the end: a link that is closed leaves it so.
+    pub held: bool,
 }
 
 /// Runs a CPU that is stopped at reset up to the end of its start-up, then lets go of it.
@@ -62,6 +64,7 @@ pub(super) fn boot<S: Read + Write>(
         client.watch(region.base, region.length)?;
     }
     client.break_at(symbols.boot_complete())?;
+    let held = circumstances.held;
     let report = StartUp {
         client: &mut client,
         symbols,
@@ -75,7 +78,9 @@ pub(super) fn boot<S: Read + Write>(
     for region in watched() {
         client.unwatch(region.base, region.length)?;
     }
-    client.detach()?;
+    if !held {
+        client.detach()?;
+    }
     Ok(report)
 }
 

@@ -22,6 +22,7 @@ mod process;
 pub mod rsp;
 mod serial;
 pub mod stack;
+mod stall;
 pub mod stand_in;
 pub mod thumb;
 mod tick_alignment;
@@ -66,6 +67,10 @@ pub struct EmulatorOptions {
     pub start_limit: Duration,
     /// Wall-clock limit for the image's start-up.
     pub boot_limit: Duration,
+    /// Leaves the core stopped at the end of its start-up, for who stands in for something from there on.
+    pub held: bool,
+    /// What the flash holds beside the image: from an address on, these bytes. It is zero otherwise.
+    pub flash: Vec<(u32, Vec<u8>)>,
 }
 
 impl Default for EmulatorOptions {
@@ -75,6 +80,8 @@ impl Default for EmulatorOptions {
             shift: 2,
             start_limit: Duration::from_secs(10),
             boot_limit: Duration::from_secs(20),
+            held: false,
+            flash: Vec::new(),
         }
     }
 }
@@ -92,6 +99,9 @@ pub struct Emulator {
     symbols: ImageSymbols,
     /// The virtual time of the last reset, in ns.
     reset_at: u32,
+    /// [`EmulatorOptions::shift`] and [`EmulatorOptions::held`].
+    shift: u8,
+    held: bool,
     _directory: TempDir,
 }
 
@@ -143,13 +153,32 @@ impl Emulator {
         let report = stack
             .paint(&mut client)
             .and_then(|()| tick_alignment::start_clock(&mut client))
+            .and_then(|()| {
+                options.flash.iter().try_for_each(|(address, bytes)| client.write_block(*address, bytes))
+            })
             .map_err(BootFailure::Link)
-            .and_then(|()| boot::boot(client, &symbols, Circumstances::default(), options.boot_limit))
+            .and_then(|()| {
+                let circumstances = Circumstances { held: options.held, ..Circumstances::default() };
+                boot::boot(client, &symbols, circumstances, options.boot_limit)
+            })
             .map_err(|failure| match failure {
                 BootFailure::Emulator(error) => error,
                 BootFailure::Link(source) => EmulatorError::Link { source, output: process.output() },
             })?;
-        Ok(Self { process, serial, report, version, gdb, stack, symbols, reset_at: 0, _directory: directory })
+        let EmulatorOptions { shift, held, .. } = *options;
+        Ok(Self {
+            process,
+            serial,
+            report,
+            version,
+            gdb,
+            stack,
+            symbols,
+            reset_at: 0,
+            shift,
+            held,
+            _directory: directory,
+        })
     }
 
     /// The pseudo-terminal that is the board's serial port; open it like any serial port.
@@ -183,8 +212,11 @@ impl Emulator {
             .and_then(|since_reset_ns| self.reset_at.checked_add(since_reset_ns))
             .filter(|reset_at| *reset_at <= tick_alignment::LATEST_RESET_NS);
         self.reset_at = reset_at.ok_or(EmulatorError::LateReset)?;
-        let circumstances =
-            Circumstances { cover: ClockCover::with_reset_flags(reset_flags), reset_at: self.reset_at };
+        let circumstances = Circumstances {
+            cover: ClockCover::with_reset_flags(reset_flags),
+            reset_at: self.reset_at,
+            held: self.held,
+        };
         boot::boot(client, &self.symbols, circumstances, limit).map_err(|failure| match failure {
             BootFailure::Emulator(error) => error,
             BootFailure::Link(source) => EmulatorError::Link { source, output: self.process.output() },

@@ -133,6 +133,19 @@ impl<S: Read + Write> RspClient<S> {
         self.expect_ok(&format!("M{address:x},{:x}:{content}", bytes.len()))
     }
 
+    /// Writes bytes, however many, to memory from `address` on.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the stub refuses.
+    pub fn write_block(&mut self, address: u32, bytes: &[u8]) -> Result<(), RspError> {
+        const PACKET_BYTES: usize = 1024;
+        (address..)
+            .step_by(PACKET_BYTES)
+            .zip(bytes.chunks(PACKET_BYTES))
+            .try_for_each(|(address, chunk)| self.write_memory(address, chunk))
+    }
+
     /// Stops the CPU before every read and write of a range.
     ///
     /// # Errors
@@ -149,6 +162,24 @@ impl<S: Read + Write> RspClient<S> {
     /// [`RspError`] where the link fails or the stub refuses.
     pub fn unwatch(&mut self, base: u32, length: u32) -> Result<(), RspError> {
         self.expect_ok(&format!("z4,{base:x},{length:x}"))
+    }
+
+    /// Stops the CPU before every write to a range.
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the stub refuses.
+    pub fn watch_writes(&mut self, base: u32, length: u32) -> Result<(), RspError> {
+        self.expect_ok(&format!("Z2,{base:x},{length:x}"))
+    }
+
+    /// Undoes [`Self::watch_writes`].
+    ///
+    /// # Errors
+    ///
+    /// [`RspError`] where the link fails or the stub refuses.
+    pub fn unwatch_writes(&mut self, base: u32, length: u32) -> Result<(), RspError> {
+        self.expect_ok(&format!("z2,{base:x},{length:x}"))
     }
 
     /// Stops the CPU before the Thumb instruction at `address` (even).

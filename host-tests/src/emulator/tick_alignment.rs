@@ -56,6 +56,11 @@ pub(super) fn since_reset_ns<S: Read + Write>(client: &mut RspClient<S>) -> Resu
     Ok((steps < SLOWEST).then_some(exact))
 }
 
+/// The virtual time since the last reset, in ns modulo 2³².
+pub(super) fn clock<S: Read + Write>(client: &mut RspClient<S>) -> Result<u32, RspError> {
+    client.read_word(TIM5_CNT)
+}
+
 /// From one event to the next, in ns of virtual time.
 const METRONOME_NS: u32 = 1000;
 

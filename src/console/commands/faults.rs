@@ -149,7 +149,8 @@ impl Console<'_> {
         }
         let followed = settings.source().kind() != SourceKind::Moves;
         let other_travel = settings.limits().travel_mm != self.live.limits().travel_mm;
-        if other_travel || followed && settings.limits() != self.live.limits() {
+        let other_homing = settings.homing() != self.live.homing();
+        if other_travel || other_homing || followed && settings.limits() != self.live.limits() {
             // A motion under way was planned for the travel as it is, and one of another controller is not
             // planned at all.
             self.require_still(command)?;

@@ -3,6 +3,7 @@
 mod board;
 mod drive;
 mod faults;
+mod homing;
 mod motions;
 mod plan;
 mod reports;
@@ -50,6 +51,7 @@ impl Console<'_> {
             "enable" => no_more(words, "enable", "enable").and_then(|()| self.enable(out)),
             "disable" => no_more(words, "disable", "disable").and_then(|()| self.disable(out)),
             "position" => self.set_position(words, out),
+            "home" => no_more(words, "home", "home").and_then(|()| self.home(out)),
             "clear" => no_more(words, "clear", "clear").and_then(|()| self.clear(out)),
             "events" => no_more(words, "events", "events").map(|()| self.list_events(out)),
             "encoder" => self.reference_encoder(words, out),

@@ -31,7 +31,7 @@ impl<'m> Console<'m> {
         if let MotionSpec::Play { back } = spec {
             return self.play(*back, out);
         }
-        let plan = spec.plan(&context, &mut None).map_err(|error| CommandError::Motion { command, error })?;
+        let plan = spec.plan(&context, &mut None).map_err(|error| self.motion_refused(command, error))?;
         self.start_plan(plan, command, &context, out)
     }
 
@@ -53,7 +53,11 @@ impl<'m> Console<'m> {
     pub(super) fn motion_context(&self) -> MotionContext {
         MotionContext {
             start: self.status.command(),
-            limits: MoveLimits { shaper_gain: self.table.absolute_gain(), ..self.live.limits() },
+            limits: MoveLimits {
+                shaper_gain: self.table.absolute_gain(),
+                travel_mm: self.permitted_mm(),
+                ..self.live.limits()
+            },
             profile: self.live.profile(),
             moving_mass_kg: self.live.moving_mass_kg(),
             rate: self.table.tick_rate(),
@@ -100,7 +104,7 @@ impl<'m> Console<'m> {
         let (command, error) = ("multisine", refused.error);
         match error {
             MotionError::Memory { .. } => CommandError::MotionMemory { command, error },
-            _ => CommandError::Motion { command, error },
+            _ => self.motion_refused(command, error),
         }
     }
 

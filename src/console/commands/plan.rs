@@ -83,7 +83,7 @@ impl<'m> Console<'m> {
     pub(super) fn play(&mut self, backwards: bool, out: &mut dyn Write) -> Result<(), CommandError<'static>> {
         self.reclaim();
         let context = self.motion_context();
-        let refused = |error| CommandError::Motion { command: "play", error };
+        let refused = |error| self.motion_refused("play", error);
         let outline = self.plan.ok_or(refused(MotionError::NoPlan))?;
         if outline.tick_rate != context.rate {
             let (rate_hz, tick_hz) = (outline.tick_rate.hz(), context.rate.hz());
@@ -110,7 +110,7 @@ impl<'m> Console<'m> {
     ) -> Result<(), CommandError<'static>> {
         self.require_motion("play")?;
         let context = self.motion_context();
-        let refused = |error| CommandError::Motion { command: "play", error };
+        let refused = |error| self.motion_refused("play", error);
         let outline = self.plan.ok_or(refused(MotionError::NoPlan))?;
         outline.check_stops(survey, backwards, &context).map_err(refused)?;
         self.start_playing(&outline, backwards, &context, out)

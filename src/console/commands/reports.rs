@@ -130,6 +130,8 @@ impl Console<'_> {
         say(out, format_args!("command_nm {}", self.status.command().0));
         say(out, format_args!("setpoint_nm {}", self.status.setpoint().0));
         say(out, format_args!("dropped_samples {}", self.status.dropped()));
+        let referenced = if self.status.is_referenced() { "known" } else { "unknown" };
+        say(out, format_args!("reference {referenced}"));
         self.print_durations(out);
         self.print_source(out);
         self.print_faults(out);

@@ -63,7 +63,8 @@ impl Console<'_> {
         } else if let activity @ (Activity::Sweeping
         | Activity::Multisine
         | Activity::Pulsing
-        | Activity::Playing) = self.status.activity()
+        | Activity::Playing
+        | Activity::Homing) = self.status.activity()
         {
             // See `shaper::handover`: the command must not reverse while a table is replaced.
             return Err(CommandError::Busy { command, reason: Busy::Activity(activity) });

@@ -152,7 +152,7 @@ fn a_motion_that_is_refused_leaves_the_stream_off() {
     assert!(matches!(session.run_motion("move 9999", 4, 0.0, &mut |_| {}), Err(BoardError::Refused { .. })));
     let status = session.command("status").unwrap().lines;
     assert!(status.iter().all(|line| !line.starts_with('#')), "{status:?}");
-    assert_eq!((status.first().map(String::as_str), status.len()), (Some("state rest"), 13));
+    assert_eq!((status.first().map(String::as_str), status.len()), (Some("state rest"), 14));
     assert!(session.run_motion("move 1", 4, 0.0, &mut |_| {}).is_ok());
 }
 

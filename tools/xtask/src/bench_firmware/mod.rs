@@ -10,7 +10,7 @@ use crate::cargo::{cargo, root};
 use crate::failure::Failure;
 use crate::run::{required_output, say};
 use crate::{firmware, setup, size};
-use numbers::{CASCADE_GOAL, INTERRUPT_GOAL, Numbers, SizeNumbers};
+use numbers::{CASCADE_GOAL, CYCLE_GOAL, INTERRUPT_GOAL, Numbers, SizeNumbers};
 
 /// What instructions and size may grow by unnoticed, in per cent.
 const LIMIT_PCT: u64 = 5;
@@ -63,6 +63,8 @@ fn judge(recorded: &Numbers, measured: &Numbers) -> Result<String, Failure> {
     let goals = measured.goals().ok_or_else(|| missing("tick with a goal".to_owned()))?;
     within("instructions of the cascade of 2 modes of zvdd", CASCADE_GOAL, goals.cascade)?;
     within("instructions of a tick that moves through 2 modes of zvdd", INTERRUPT_GOAL, goals.interrupt)?;
+    let cycles = measured.tick.iter().map(|tick| tick.cycles).max().unwrap_or_default();
+    within("cycles of the tick that takes most, by the model", CYCLE_GOAL, cycles)?;
     let sizes = recorded.size.zip(measured.size).ok_or_else(|| missing("size".to_owned()))?;
     let (then, now) = sizes;
     compare("text and constants in bytes".to_owned(), then.text, now.text)?;
@@ -141,6 +143,9 @@ mod tests {
         for (index, outcome) in failures.into_iter().enumerate() {
             assert!(outcome.is_err(), "{index}: {outcome:?}");
         }
+        // Whatever was recorded, a tick may take no more than its share.
+        let heavier = changed(|now| now.tick.iter_mut().for_each(|tick| tick.cycles = CYCLE_GOAL + 1));
+        assert!(heavier.is_err(), "{heavier:?}");
         // Within five per cent of what was recorded, but over the goal.
         let slower = changed(|now| {
             for tick in now.tick.iter_mut().filter(|tick| (tick.modes, tick.streams) == (2, false)) {

@@ -32,7 +32,6 @@ mod error;
 mod fit;
 mod frequency_scan;
 mod held_command;
-mod frequency_scan;
 mod horizon;
 mod input_noise;
 mod intervals;

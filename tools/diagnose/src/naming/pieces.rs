@@ -14,7 +14,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
 use super::rounds::Tried;
-use super::screening::Screened;
+use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
 use crate::comparison::compare;
@@ -34,6 +34,8 @@ const IN_PHASE: f64 = 0.6;
 const LENGTHS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 /// ... of which so many are taken at most, spread evenly over the recording.
 const MOST_PIECES: usize = 6;
+/// A law takes most of what a refit leaves where it takes this share of the squares.
+const MOST: f64 = 0.5;
 /// Laws that are followed through the whole recordings: over a few periods several do the same.
 const FOLLOWED: usize = 3;
 
@@ -68,6 +70,7 @@ impl Search<'_> {
             return None;
         }
         let held_out = compared.refitted_on_all.held_out.clone();
+        let is_free = study.is_free();
         let search = Search {
             study: &mut study,
             floors: compared.floors.clone(),
@@ -77,6 +80,9 @@ impl Search<'_> {
             ..*self
         };
         let refitted = Member { laws: Vec::new(), fitted: compared.refitted, held_out };
+        if !is_free && !search.sees_most(&refitted) {
+            return None;
+        }
         let (screened, mut found) = search.round(&refitted);
         found.sort_by(|a, b| a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares));
         let of_first = |fits: &[RecordFit], firsts: &[usize]| -> Vec<RecordFit> {
@@ -92,7 +98,6 @@ impl Search<'_> {
         weighed.weigh_by_floors(&floors);
         let search = Search { study: &mut weighed, rounds: std::sync::Mutex::default(), ..search };
         let whole = search.study.stack(Role::Train);
-        let is_free = whole.records.iter().any(|record| record.input.is_none());
         let followed = found.into_iter().take(FOLLOWED).filter_map(|found| {
             let Member { laws, fitted, held_out } = found.member;
             let begun = Fitted { records: of_first(&fitted.records, &firsts), ..fitted };
@@ -111,6 +116,16 @@ impl Search<'_> {
         let (laws, fitted, held_out_starts) =
             followed.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares))?;
         Some(FoundInPieces { laws, fitted, floors, held_out_starts, screened })
+    }
+
+    /// Whether one law, as the screen sees it, would take most of what a refit leaves: pieces of a driven
+    /// recording that show none so are too long.
+    fn sees_most(&self, refitted: &Member) -> bool {
+        let is_given_up = || self.is_over();
+        let leaving = Leaving { least_explained: 0.0, is_given_up: &is_given_up };
+        let stack = self.study.stack(Role::Train);
+        let screened = screen(&stack, &refitted.fitted, self.candidates, self.study.slowest_hz, &leaving);
+        screened.iter().any(|seen| seen.explained > MOST * refitted.fitted.sum_of_squares)
     }
 }
 
@@ -141,8 +156,12 @@ impl Study {
     /// Whether a model leaves so much of a free decay that the two are out of step: nothing but its initial
     /// state holds it to the recording, whereas what drives a machine keeps it in step.
     fn is_out_of_step(&self, on_all: &OnAll) -> bool {
-        let is_free = |record: &Record| record.input.is_none();
-        self.train.iter().all(is_free) && self.most_left(on_all) > OUT_OF_PHASE
+        self.is_free() && self.most_left(on_all) > OUT_OF_PHASE
+    }
+
+    /// Whether nothing drives any of its recordings.
+    pub(super) fn is_free(&self) -> bool {
+        self.train.iter().all(|record| record.input.is_none())
     }
 
     /// A refit that is out of phase begun again from the model as given, over a lengthening horizon, where

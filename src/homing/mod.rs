@@ -95,7 +95,8 @@ impl Homing {
         self.decide(active, actual);
         let wanted = self.wanted_velocity();
         let change = self.plan.change;
-        self.velocity += (wanted - self.velocity).clamp(-change, change);
+        // `clamp` panics where its bounds are the wrong way round, which nothing tells the compiler they are not.
+        self.velocity += (wanted - self.velocity).min(change).max(-change);
         if self.velocity == 0 {
             match (self.phase, self.edge) {
                 (Phase::Resting, Some(edge)) => return Step::Found(edge),

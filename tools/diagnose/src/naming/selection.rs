@@ -105,13 +105,8 @@ impl Search<'_> {
         let mut tried_first: Vec<Tried> = Vec::new();
         let mut left_out = Vec::new();
         let mut reached = HashSet::new();
-        // What drives a machine keeps the model in step for most laws, and the whole recordings show them: pieces
-        // are cut where those show none.
-        let mut may_cut = true;
-        if self.study.is_free()
-            && let Some((begun, screened)) = self.begun_in_pieces(&chosen)
-        {
-            (chosen, screened_first, may_cut) = (begun, screened, false);
+        if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
+            (chosen, screened_first) = (begun, screened);
         }
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
@@ -128,18 +123,6 @@ impl Search<'_> {
             }
             let richer = || self.richer_in_place(&chosen, &tried);
             let found = self.simplest_of_the_best(&tried).or_else(richer);
-            if found.is_none()
-                && chosen.laws.is_empty()
-                && std::mem::take(&mut may_cut)
-                && !self.study.is_free()
-            {
-                say("looking at pieces of the recordings", done + 0.1);
-                if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
-                    (chosen, screened_first) = (begun, screened);
-                    tried_first.clear();
-                    continue;
-                }
-            }
             let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
                 if self.is_over() {
                     left_out.push(if chosen.laws.is_empty() {

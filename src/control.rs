@@ -72,8 +72,8 @@ pub struct Setup {
     pub braking: Braking,
     /// The travel.
     pub guard: TravelGuard,
-    /// How far from where it was enabled a machine may go that has yet to find its reference; `None` where it has none
-    /// to find.
+    /// How far from where it was enabled a machine may go that has yet to find its reference; `None` where it
+    /// has none to find.
     pub unreferenced: Option<Nanometres>,
     /// What faults do.
     pub reactions: Reactions,

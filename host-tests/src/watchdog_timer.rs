@@ -1,5 +1,5 @@
-//! The independent watchdog (RM0090, 21): a counter of a slow oscillator, that resets the chip when nobody has
-//! fed it in time.
+//! The independent watchdog (RM0090, 21): a counter of a slow oscillator, that resets the chip when nobody
+//! has fed it in time.
 
 use stillbeam_firmware::machine::TIMER_CLOCK_HZ;
 

@@ -1,5 +1,5 @@
-//! The encoder of the unmodified release image: an axis that its step pulses move is counted by the timer that
-//! the image reads, gets stuck, and is pushed.
+//! The encoder of the unmodified release image: an axis that its step pulses move is counted by the timer
+//! that the image reads, gets stuck, and is pushed.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};

@@ -1,5 +1,5 @@
-//! `reboot` and `dfu` of the unmodified release image: the drive is switched off first, the reset is asked for
-//! as the core wants it, and the next start knows what it is for.
+//! `reboot` and `dfu` of the unmodified release image: the drive is switched off first, the reset is asked
+//! for as the core wants it, and the next start knows what it is for.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};

@@ -1,6 +1,6 @@
-//! `save` of the unmodified release image, with models of what the emulator lacks: the flash that stands still
-//! with the whole chip while it erases, the watchdog, the counter of ticks, and a serial port that loses what
-//! comes meanwhile.
+//! `save` of the unmodified release image, with models of what the emulator lacks: the flash that stands
+//! still with the whole chip while it erases, the watchdog, the counter of ticks, and a serial port that
+//! loses what comes meanwhile.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;

@@ -1,8 +1,8 @@
 //! What the tick does of homing.
 //!
-//! The axis goes past the shaper, so that it is braked as soon as the switch is seen; the live shaper follows unseen and
-//! settles where the axis ends. Only then positions change, by the same in everything that has one, before the encoder
-//! is read: nothing that is put out notices.
+//! The axis goes past the shaper, so that it is braked as soon as the switch is seen; the live shaper follows
+//! unseen and settles where the axis ends. Only then positions change, by the same in everything that has
+//! one, before the encoder is read: nothing that is put out notices.
 
 use super::{Controller, Motion};
 use crate::fault::Event;
@@ -72,7 +72,8 @@ impl Controller<'_> {
         self.note(Event::Homed, by_nm);
     }
 
-    /// Adds to all positions of a machine at rest. Nothing is put out for it: steps and speeds are of differences.
+    /// Adds to all positions of a machine at rest. Nothing is put out for it: steps and speeds are of
+    /// differences.
     fn move_origin(&mut self, by_nm: i32) {
         let position = Nanometres(self.setpoint.0.saturating_add(by_nm));
         self.shaping.shift(by_nm);
@@ -101,8 +102,8 @@ impl Controller<'_> {
         self.guard_travel();
     }
 
-    /// Guards the travel; or, where positions do not count from a reference and should, what is near to where the drive
-    /// was enabled.
+    /// Guards the travel; or, where positions do not count from a reference and should, what is near to where
+    /// the drive was enabled.
     pub(super) fn guard_travel(&mut self) {
         let Self { anchor, setup, .. } = self;
         self.guard = match setup.unreferenced {

@@ -8,11 +8,11 @@
 //!                                                       at rest ◀──── backing off ◀──── the edge
 //! ```
 //!
-//! Pure: in every tick the contact and the position go in, and the next position comes out. The axis is braked in the
-//! first tick that sees the contact. The reference is the edge that is crossed at creep speed on the way out, in the
-//! first tick that no longer sees the contact; so it does not matter how far the axis went in, whether it began inside,
-//! or passed a narrow switch. A contact bounces: what it says counts when it has said so for a while, and the edge is
-//! where it began to.
+//! Pure: in every tick the contact and the position go in, and the next position comes out. The axis is
+//! braked in the first tick that sees the contact. The reference is the edge that is crossed at creep speed
+//! on the way out, in the first tick that no longer sees the contact; so it does not matter how far the axis
+//! went in, whether it began inside, or passed a narrow switch. A contact bounces: what it says counts when
+//! it has said so for a while, and the edge is where it began to.
 //!
 //! A stop has no way out. It is touched twice, the second time at creep speed.
 
@@ -95,7 +95,8 @@ impl Homing {
         self.decide(active, actual);
         let wanted = self.wanted_velocity();
         let change = self.plan.change;
-        // `clamp` panics where its bounds are the wrong way round, which nothing tells the compiler they are not.
+        // `clamp` panics where its bounds are the wrong way round, which nothing tells the compiler they are
+        // not.
         self.velocity += (wanted - self.velocity).min(change).max(-change);
         if self.velocity == 0 {
             match (self.phase, self.edge) {

@@ -59,7 +59,8 @@ pub enum MotionError {
         /// The permitted positions in millimetres.
         range_mm: (f64, f64),
     },
-    /// The machine has yet to find its reference, and a position of the motion is too far from where it was enabled.
+    /// The machine has yet to find its reference, and a position of the motion is too far from where it was
+    /// enabled.
     Unreferenced {
         /// The position in millimetres.
         position_mm: f64,

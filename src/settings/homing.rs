@@ -174,13 +174,14 @@ impl HomingSettings {
         self.approach_mm_s
     }
 
-    /// How far a machine may move that has yet to find its reference, in mm; `None` where it has none to find.
+    /// How far a machine may move that has yet to find its reference, in mm; `None` where it has none to
+    /// find.
     pub fn unreferenced_mm(&self) -> Option<f64> {
         (self.method != HomingMethod::None).then_some(self.unreferenced_mm)
     }
 
-    /// The plan within these limits, of a machine that has met a stop when it is `error_mm` behind; `None` for no
-    /// homing.
+    /// The plan within these limits, of a machine that has met a stop when it is `error_mm` behind; `None`
+    /// for no homing.
     pub fn plan(&self, limits: &MoveLimits, error_mm: f64, rate: TickRate) -> Option<HomingPlan> {
         let stop = Sense::Stop { error_nm: (error_mm * 1.0e6) as i32 };
         let (upward, sense) = match self.method {

@@ -15,8 +15,8 @@ pub(super) const PAIR: i32 = i32::MIN / 2;
 
 /// Taps that are looked at together.
 pub(super) enum Taps {
-    /// Up to [`WIDTH`] on neighbouring ticks. It never looks further back than its oldest tap; what it reads beyond its
-    /// youngest has no weight.
+    /// Up to [`WIDTH`] on neighbouring ticks. It never looks further back than its oldest tap; what it reads
+    /// beyond its youngest has no weight.
     Group {
         oldest_delay: i32,
         /// The oldest first.
@@ -41,8 +41,8 @@ impl Taps {
     }
 }
 
-/// The taps but the one without delay, with increasing delays, which are below the length of a memory wherever a cascade
-/// runs.
+/// The taps but the one without delay, with increasing delays, which are below the length of a memory
+/// wherever a cascade runs.
 pub(super) fn blocks_of<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Taps> + use<'t> {
     let mut rest = stage.taps();
     if let [Tap { delay_ticks: 0, .. }, after @ ..] = rest {

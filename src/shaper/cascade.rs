@@ -12,8 +12,8 @@
 //! **Blocks.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse. They are stored
 //! as groups of [`WIDTH`] weights with one delay, missing taps having the weight zero. Past its end the ring repeats its
 //! first samples, so that no group is cut in two: one comparison per group finds the wrap and bounds the access. What begins
-//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that fails. So are two
-//! taps that have no neighbours: as groups they would cost what eight taps do.
+//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that
+//! fails. So are two taps that have no neighbours: as groups they would cost what eight taps do.
 //!
 //! ```text
 //! words: | stage | group | group | ... | stage | pair | ... | ring: samples in order of time, wrapping | its first WIDTH again |

@@ -318,7 +318,8 @@ impl Status {
         Lacking(self.lacking.load(Ordering::Relaxed))
     }
 
-    /// Whether positions count from a reference: homing has found it, or somebody has said where the machine is.
+    /// Whether positions count from a reference: homing has found it, or somebody has said where the machine
+    /// is.
     pub fn is_referenced(&self) -> bool {
         self.referenced.load(Ordering::Relaxed)
     }

@@ -1,5 +1,5 @@
-//! A core that stands still while time goes on: what the chip's does when it fetches code from a flash that is
-//! being erased.
+//! A core that stands still while time goes on: what the chip's does when it fetches code from a flash that
+//! is being erased.
 //!
 //! The emulator's core cannot be stopped without its time. So it counts down in a loop of its own, interrupts
 //! masked, in a corner of the memory that gets back what it held; nothing of the image runs meanwhile.

@@ -52,7 +52,8 @@ impl Console<'_> {
         }
     }
 
-    /// The reach around where the drive was enabled, in mm, where positions do not count from a reference and should.
+    /// The reach around where the drive was enabled, in mm, where positions do not count from a reference and
+    /// should.
     fn unreferenced_mm(&self) -> Option<f64> {
         self.live.homing().unreferenced_mm().filter(|_| !self.status.is_referenced())
     }

@@ -9,19 +9,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use stillbeam_identify::levenberg_marquardt::{LeastSquares, Parameter, minimise_to};
+use stillbeam_identify::levenberg_marquardt::{LeastSquares, Minimum, Parameter, minimise_to};
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 
+use crate::effort::{DIFFERENCE, Effort, ROUGH_DIFFERENCE};
 use crate::moving_starts::{MovingStart, moved_start};
 use crate::one_mode::OneMode;
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
 
-/// Relative step of the differences that make the Jacobian, in search coordinates.
-const DIFFERENCE: f64 = 1e-5;
-/// The same of what is jagged.
-const ROUGH_DIFFERENCE: f64 = 3e-2;
 /// Laws are begun this many times as large where they are.
 const LARGER: [f64; 2] = [1.0, 1.3];
 /// A parameter's small differences have this many times the slope of its large ones where it is jagged.
@@ -31,50 +28,6 @@ pub(crate) const LOUD: f64 = 1.1;
 
 /// Share of a step over which the second derivative along it is taken.
 const BEND: f64 = 0.1;
-
-/// How much a search may cost.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Effort {
-    /// Simulations of all recordings, those for derivatives not counted.
-    evaluations: usize,
-    /// Searches one after another, each from where the one before ended, initial states settled anew.
-    rounds: usize,
-    /// A search ends when a step gains less than this share of the sum of squares.
-    tolerance: f64,
-    /// Steps for which the derivatives by the model's own parameters are kept while those by the laws' are
-    /// made anew: they change little, and most of a step's simulations are theirs.
-    kept_steps: usize,
-    /// Relative step of the differences that make the Jacobian, in search coordinates.
-    difference: f64,
-}
-
-impl Effort {
-    /// To see what a candidate is good for.
-    pub(crate) const SKETCH: Self =
-        Self { evaluations: 20, rounds: 1, tolerance: 1e-4, kept_steps: 4, difference: DIFFERENCE };
-    /// To see which candidates are worth comparing.
-    pub(crate) const BEGIN: Self =
-        Self { evaluations: 12, rounds: 1, tolerance: 1e-4, kept_steps: 6, difference: DIFFERENCE };
-    /// To compare those that were begun.
-    pub(crate) const COMPARE: Self =
-        Self { evaluations: 15, rounds: 1, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
-    /// To compare sets.
-    pub(crate) const TRIAL: Self =
-        Self { evaluations: 15, rounds: 2, tolerance: 1e-5, kept_steps: 4, difference: DIFFERENCE };
-    /// To follow a valley that bends: all derivatives are made anew for every step.
-    pub(crate) const BENT: Self =
-        Self { evaluations: 40, rounds: 3, tolerance: 1e-6, kept_steps: 0, difference: DIFFERENCE };
-    /// To get across the jags of a law that makes the motion depend on when it takes hold, one after another:
-    /// see [`Fitted::is_jagged`].
-    pub(crate) const ROUGH: [Self; 2] = [Self::rough(ROUGH_DIFFERENCE), Self::rough(1e-2)];
-    /// For what is reported.
-    pub(crate) const FULL: Self =
-        Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3, difference: DIFFERENCE };
-
-    const fn rough(difference: f64) -> Self {
-        Self { evaluations: 30, rounds: 2, tolerance: 1e-4, kept_steps: 0, difference }
-    }
-}
 
 /// A hypothesis whose parameters have been fitted.
 #[derive(Debug, Clone)]
@@ -262,6 +215,29 @@ impl Problem<'_, '_> {
     }
 }
 
+impl Problem<'_, '_> {
+    /// Where a search from these values starts.
+    fn search_from(&self, values: &[f64]) -> Vec<Parameter> {
+        let parameters = self.free.iter().zip(values).map(|(p, value)| p.as_search(*value));
+        parameters.chain(self.moving.iter().map(|_| MovingStart::as_search())).collect()
+    }
+
+    /// The fit that a search ended at. Initial values that were searched are settled there, and what they
+    /// could change is taken out of the residuals as everywhere else.
+    fn ended_at(&self, minimum: Minimum<Point>) -> Option<Fitted> {
+        let searched = self.free.iter().zip(&minimum.parameters);
+        let values: Vec<f64> = searched.map(|(p, s)| p.to_value(*s)).collect();
+        let hypothesis = self.hypothesis.with_values(self.free, &values)?;
+        let (mut records, mut sum_of_squares) = (minimum.point.records, minimum.sum_of_squares);
+        if !self.moving.is_empty() {
+            let starts: Vec<Vec<f64>> = records.into_iter().map(|fit| fit.initial).collect();
+            records = self.stack.evaluate(&hypothesis, &starts)?;
+            sum_of_squares = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
+        }
+        Some(Fitted { hypothesis, free: self.free.to_vec(), values, records, sum_of_squares })
+    }
+}
+
 impl LeastSquares for Problem<'_, '_> {
     type Point = Point;
 
@@ -416,31 +392,15 @@ pub(crate) fn fit_near(
             kept: Mutex::new(known.unwrap_or_default()),
             fresh: Mutex::default(),
         };
-        let parameters = free.iter().zip(&values).map(|(p, value)| p.as_search(*value));
-        let search: Vec<Parameter> =
-            parameters.chain(moving.iter().map(|_| MovingStart::as_search())).collect();
-        let Some(minimum) = minimise_to(&problem, &search, effort.tolerance) else { break };
+        let Some(minimum) = minimise_to(&problem, &problem.search_from(&values), effort.tolerance) else {
+            break;
+        };
         let before = best.as_ref().map_or(f64::INFINITY, |best| best.sum_of_squares);
         if minimum.sum_of_squares >= before {
             break;
         }
-        values = free.iter().zip(&minimum.parameters).map(|(p, s)| p.to_value(*s)).collect();
-        let moved = hypothesis.with_values(free, &values)?;
-        let (records, sum_of_squares) = if moving.is_empty() {
-            (minimum.point.records, minimum.sum_of_squares)
-        } else {
-            let starts = minimum.point.records.into_iter().map(|fit| fit.initial);
-            let records = stack.evaluate(&moved, &starts.collect::<Vec<Vec<f64>>>())?;
-            let left = records.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum();
-            (records, left)
-        };
-        let fitted = Fitted {
-            hypothesis: moved,
-            free: free.to_vec(),
-            values: values.clone(),
-            records,
-            sum_of_squares,
-        };
+        let fitted = problem.ended_at(minimum)?;
+        values.clone_from(&fitted.values);
         // What is kept of the derivatives may end a search early; the next one starts with all of them.
         let gained = 1.0 - fitted.sum_of_squares / before;
         let is_cut = effort.rounds > 1 && problem.budget.load(Ordering::Relaxed) == 0;

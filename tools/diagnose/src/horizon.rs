@@ -10,7 +10,8 @@
 //! Fitting ordinary differential equations to chaotic data, Physical Review A 45, 1992); a machine that
 //! begins at rest needs no states in between.
 
-use crate::fit::{Effort, Fitted, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, fit};
 use crate::record::Record;
 use crate::stacking::Stack;
 

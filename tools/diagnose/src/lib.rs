@@ -28,6 +28,7 @@ mod comparison;
 mod controls;
 mod diagnosis;
 mod drawn_error;
+mod effort;
 mod error;
 mod fit;
 mod frequency_scan;

@@ -21,8 +21,9 @@ const FAST_POINTS_PER_PERIOD: f64 = 16.0;
 const MOST_REFINEMENT: f64 = 16.0;
 /// Motions this many times faster than the input's band are left to the exact linear part.
 const BEYOND: f64 = 1.6;
-/// Radians that the fastest motion in the band turns in a sub-step of the forces, and its shortest and longest
-/// length in seconds, where the machine is driven: a slow one too may cross a short wave or a stop quickly ...
+/// Radians that the fastest motion in the band turns in a sub-step of the forces, and its shortest and
+/// longest length in seconds, where the machine is driven: a slow one too may cross a short wave or a stop
+/// quickly ...
 const DRIVEN_STEP: (f64, [f64; 2]) = (0.1, [1e-4, 2e-3]);
 /// ... and where nothing keeps it in step: what a sub-step gets wrong of the frequency adds up from period to
 /// period.

@@ -2,8 +2,9 @@
 
 use stillbeam_identify::tall::{Orthonormal, dot};
 
+use crate::effort::Effort;
 use crate::error::DiagnoseError;
-use crate::fit::{Effort, Fitted, fit};
+use crate::fit::{Fitted, fit};
 use crate::frequency_scan::{SCAN_REACHES, WIDE_SCAN_REACHES, largest_share, scanned};
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::simulation::Hypothesis;

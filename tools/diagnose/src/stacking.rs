@@ -355,8 +355,8 @@ impl Stack<'_> {
         (0..self.records.len()).all(|index| self.adds_free_responses(index, hypothesis))
     }
 
-    /// Whether rest is no state to begin a recording from: nothing but its initial state moves the machine, or
-    /// it moved before.
+    /// Whether rest is no state to begin a recording from: nothing but its initial state moves the machine,
+    /// or it moved before.
     pub(crate) fn never_rests(&self, index: usize, hypothesis: &Hypothesis) -> bool {
         let record = self.records[index];
         record.begins_moving || (record.input.is_none() && hypothesis.model.setup().initial.is_empty())

@@ -6,7 +6,8 @@ use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_plant::{Model, Physics, simulate};
 use stillbeam_recording::{Recording, Role};
 
-use crate::fit::{Effort, Fitted, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, fit};
 use crate::parameters::free_parameters;
 use crate::simulation::Hypothesis;
 use crate::study::Study;

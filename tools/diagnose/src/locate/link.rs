@@ -8,7 +8,8 @@ use stillbeam_plant::{
 };
 use stillbeam_recording::{Recording, Role};
 
-use crate::fit::{Effort, Fitted, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, fit};
 use crate::noise::NoiseFloor;
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::record::Record;

@@ -18,7 +18,8 @@ use super::rounds::Tried;
 use super::selection::Search;
 use super::sets::Member;
 use super::trials::{Candidate, Trial};
-use crate::fit::{Effort, Others};
+use crate::effort::Effort;
+use crate::fit::Others;
 use crate::locate::latent_force::{Moment, law_forces, motions_from_rest};
 use crate::record::Record;
 

@@ -13,7 +13,8 @@ use super::rounds::{CONTENDS, Tried, directions};
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
-use crate::fit::{Effort, Fitted, Others, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, Others, fit};
 
 /// A law is hidden when the refit makes at least this share of the power of what it does.
 const HIDDEN: f64 = 0.9;

@@ -238,9 +238,9 @@ impl Search<'_> {
         Rest::of(&self.study.adequacies(&on_all, &self.study.floors(&on_all)), self.options)
     }
 
-    /// Whether the model stays within ten times what is linear when the input is a tenth larger than any that it explains: a softening spring
-    /// is one as far as it was seen, and further on nobody knows. Of the recording in which it goes
-    /// furthest, since friction that holds it in one may let go of it there.
+    /// Whether the model stays within ten times what is linear when the input is a tenth larger than any that
+    /// it explains: a softening spring is one as far as it was seen, and further on nobody knows. Of the
+    /// recording in which it goes furthest, since friction that holds it in one may let go of it there.
     fn is_stable(&self, member: &Member) -> bool {
         const HARDER: f64 = 1.1;
         let hypothesis = &member.fitted.hypothesis;

@@ -12,7 +12,8 @@ use super::gates::{DETERMINED, DOUBT, fails_only, only_strength};
 use super::rounds::Tried;
 use super::selection::Search;
 use super::sets::Member;
-use crate::fit::{Effort, fit};
+use crate::effort::Effort;
+use crate::fit::fit;
 use crate::result::Gate;
 
 /// Shares of its strength of which a law must not do as well with one, and what they are called.

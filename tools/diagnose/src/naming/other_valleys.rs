@@ -28,7 +28,8 @@ use super::selection::Search;
 use super::sets::Member;
 use super::trials::Candidate;
 use crate::adequacy::Rest;
-use crate::fit::{Effort, Others};
+use crate::effort::Effort;
+use crate::fit::Others;
 use crate::refit::{is_far_anywhere, refit_from_drawing};
 use crate::simulation::Hypothesis;
 

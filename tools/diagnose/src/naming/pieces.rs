@@ -5,9 +5,10 @@
 //! screen sees little of the true one and as much of many others. Over a few periods one frequency does for
 //! all. The recordings are cut into pieces, every one with an initial state of its own, that show the machine
 //! at large and at small amplitudes; what is missing there is missing everywhere. Multiple shooting cuts a
-//! recording for the same reason (H. G. Bock, 1983). A resonance that a cubic spring has bent is out of step in
-//! the same way while it is driven. The laws found in the pieces are then followed through the whole
-//! recordings: of free decays over a lengthening horizon, driven ones keep a model that is nearly right in step.
+//! recording for the same reason (H. G. Bock, 1983). A resonance that a cubic spring has bent is out of step
+//! in the same way while it is driven. The laws found in the pieces are then followed through the whole
+//! recordings: of free decays over a lengthening horizon, driven ones keep a model that is nearly right in
+//! step.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
@@ -18,7 +19,8 @@ use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
 use crate::comparison::compare;
-use crate::fit::{Effort, Fitted, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, fit};
 use crate::noise::{NoiseFloor, OutputResidual};
 use crate::record::Record;
 use crate::simulation::Hypothesis;

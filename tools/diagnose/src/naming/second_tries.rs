@@ -11,7 +11,8 @@ use super::rounds::{Tried, by_fit, directions};
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
-use crate::fit::{Effort, Fitted, LOUD, Others};
+use crate::effort::Effort;
+use crate::fit::{Fitted, LOUD, Others};
 use crate::refit::is_far_anywhere;
 
 impl Search<'_> {

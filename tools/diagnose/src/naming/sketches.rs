@@ -11,7 +11,8 @@ use super::screening::Screened;
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
 use super::trials::Trial;
-use crate::fit::{Effort, Fitted, Others, fit_near};
+use crate::effort::Effort;
+use crate::fit::{Fitted, Others, fit_near};
 use crate::parameters::FreeParameter;
 use crate::stacking::RecordFit;
 

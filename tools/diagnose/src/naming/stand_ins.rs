@@ -12,7 +12,8 @@ use stillbeam_recording::Role;
 use super::screening::small_effect;
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
-use crate::fit::{Effort, Fitted, fit};
+use crate::effort::Effort;
+use crate::fit::{Fitted, fit};
 use crate::intervals::standard_errors;
 use crate::parameters::FreeParameter;
 

@@ -14,12 +14,13 @@ pub(super) const STAGE: i32 = i32::MIN;
 pub(super) const PAIR: i32 = i32::MIN / 2;
 
 /// Taps that are looked at together.
-pub(super) enum Taps {
+pub enum Taps {
     /// Up to [`WIDTH`] on neighbouring ticks. It never looks further back than its oldest tap; what it reads
     /// beyond its youngest has no weight.
     Group {
+        /// Delay of the oldest tap in ticks.
         oldest_delay: i32,
-        /// The oldest first.
+        /// Weights, the oldest tap's first.
         weights: [i32; WIDTH],
     },
     /// Two with no others on neighbouring ticks, the youngest first.
@@ -43,7 +44,7 @@ impl Taps {
 
 /// The taps but the one without delay, with increasing delays, which are below the length of a memory
 /// wherever a cascade runs.
-pub(super) fn blocks_of<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Taps> + use<'t> {
+pub fn blocks_of<'t>(stage: StageTaps<'t>) -> impl Iterator<Item = Taps> + use<'t> {
     let mut rest = stage.taps();
     if let [Tap { delay_ticks: 0, .. }, after @ ..] = rest {
         rest = after;

@@ -5,7 +5,7 @@
 //! *stage* is the shaper of one mode as a finite impulse response on the tick grid; the *cascade*
 //! runs the stages of all modes one after the other.
 
-mod blocks;
+pub mod blocks;
 pub mod cascade;
 pub mod design;
 pub mod handover;

@@ -16,6 +16,10 @@ const FLAT_SINGLE: &str = "flat, one by one";
 const FLAT_MOST: &str = "flat, 64 one by one";
 /// The same in as many stages as there can be: the most that a table costs.
 const STAGES_MOST: &str = "four stages, 64 one by one";
+/// Two stages, of runs of two and of taps without neighbours.
+const MIXED: &str = "two stages, runs and lone taps";
+/// The delays of their taps in ticks.
+const MIXED_DELAYS: [&[u32]; 2] = [&[0, 100, 101, 200, 300, 400, 401], &[0, 100, 200, 300, 301]];
 const FLAT_SPACING_TICKS: u32 = 100;
 
 /// One state of the machine in which ticks are counted.
@@ -197,8 +201,13 @@ impl Case {
     pub fn all() -> Vec<Self> {
         let tables = [(0, "off"), (1, "zv"), (2, "zv"), (1, "zvd"), (2, "zvd"), (1, "zvdd"), (2, "zvdd")];
         let mut cases = Vec::new();
-        let tables =
-            tables.into_iter().chain([(1, FLAT_PAIRS), (1, FLAT_SINGLE), (4, "zvddd"), (1, FLAT_MOST)]);
+        let tables = tables.into_iter().chain([
+            (1, FLAT_PAIRS),
+            (1, FLAT_SINGLE),
+            (1, MIXED),
+            (4, "zvddd"),
+            (1, FLAT_MOST),
+        ]);
         for (modes, shaper) in tables {
             for streams in [false, true] {
                 for motion in Motion::COMMON {
@@ -248,6 +257,7 @@ impl Case {
             FLAT_PAIRS => Some(flat(16, 2, FLAT_SPACING_TICKS)),
             FLAT_SINGLE => Some(flat(16, 1, FLAT_SPACING_TICKS)),
             FLAT_MOST => Some(flat(64, 1, FLAT_SPACING_TICKS)),
+            MIXED => Some(upload(&MIXED_DELAYS.map(equal_weights).concat())),
             STAGES_MOST => Some(stages(4, 16, 1, FLAT_SPACING_TICKS)),
             _ => None,
         };
@@ -285,13 +295,25 @@ fn flat(taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
 
 /// The same for a table of so many such stages.
 fn stages(count: usize, taps: u32, run: u32, spacing_ticks: u32) -> Vec<String> {
-    let mut stage = taps.to_le_bytes().to_vec();
-    for tap in 0..taps {
-        let delay = tap / run * spacing_ticks + tap % run;
-        stage.extend(delay.to_le_bytes().into_iter().chain((WEIGHT_ONE / taps as i32).to_le_bytes()));
-    }
-    let bytes = stage.repeat(count);
-    let mut lines = vec![format!("table begin {} {:08x} 4000", bytes.len(), crc32(&bytes))];
+    let delays: Vec<u32> = (0..taps).map(|tap| tap / run * spacing_ticks + tap % run).collect();
+    upload(&equal_weights(&delays).repeat(count))
+}
+
+/// A stage of taps with these delays, as it is uploaded; what does not divide evenly falls to the first tap.
+fn equal_weights(delays_ticks: &[u32]) -> Vec<u8> {
+    let count = delays_ticks.len();
+    let weight = WEIGHT_ONE / count as i32;
+    let first = WEIGHT_ONE - weight * (count as i32 - 1);
+    let weights = std::iter::once(first).chain(std::iter::repeat(weight));
+    let taps = delays_ticks.iter().zip(weights).flat_map(|(delay, weight)| {
+        delay.to_le_bytes().into_iter().chain(weight.to_le_bytes()).collect::<Vec<u8>>()
+    });
+    (count as u32).to_le_bytes().into_iter().chain(taps).collect()
+}
+
+/// The commands that upload these stages.
+fn upload(bytes: &[u8]) -> Vec<String> {
+    let mut lines = vec![format!("table begin {} {:08x} 4000", bytes.len(), crc32(bytes))];
     for (number, frame) in bytes.chunks(MAX_FRAME_BYTES).enumerate() {
         let hex: String = frame.iter().map(|byte| format!("{byte:02x}")).collect();
         lines.push(format!("table frame {number} {} {hex} {:08x}", frame.len(), crc32(frame)));

@@ -1,5 +1,6 @@
 //! What shapers are compared by: cost on the board, accidents, and the least residual against duration.
 
+use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
 use stillbeam_firmware::shaper::{Mode, ShaperTable, ShaperType, Tap};
 use stillbeam_firmware::units::TickRate;
 use stillbeam_shape::{ModeBox, OptimalRequest, TableCost, harmonic_accidents};
@@ -28,18 +29,16 @@ fn measured() -> Vec<(String, usize, usize)> {
 
 fn measured_table(name: &str) -> ShaperTable {
     let rate = TickRate::from_hz(1000.0).unwrap();
-    let weight = 1 << 26;
-    let flat = |delays: Vec<u32>| {
-        let taps: Vec<Tap> = delays.into_iter().map(|delay_ticks| Tap { delay_ticks, weight }).collect();
-        ShaperTable::from_stages(rate, [taps.as_slice()].into_iter()).unwrap()
+    let flat = |count: u32, run: u32| {
+        let delays: Vec<u32> = (0..count).map(|tap| tap / run * 100 + tap % run).collect();
+        equally_weighted(&[&delays], rate)
     };
     match name.split(' ').collect::<Vec<_>>()[..] {
-        ["flat,", "in", "pairs"] => flat((0..8).flat_map(|pair| [100 * pair, 100 * pair + 1]).collect()),
-        ["flat,", "one", "by", "one"] => flat((0..16).map(|tap| 100 * tap).collect()),
-        ["flat,", "64", "one", "by", "one"] => {
-            let taps: Vec<Tap> =
-                (0..64).map(|tap| Tap { delay_ticks: 100 * tap, weight: weight / 4 }).collect();
-            ShaperTable::from_stages(rate, [taps.as_slice()].into_iter()).unwrap()
+        ["flat,", "in", "pairs"] => flat(16, 2),
+        ["flat,", "one", "by", "one"] => flat(16, 1),
+        ["flat,", "64", "one", "by", "one"] => flat(64, 1),
+        ["two", "stages,", "runs", "and", "lone", "taps"] => {
+            equally_weighted(&[&[0, 100, 101, 200, 300, 400, 401], &[0, 100, 200, 300, 301]], rate)
         }
         [count, _, kind] => {
             let kind: ShaperType = kind.parse().unwrap();
@@ -51,10 +50,24 @@ fn measured_table(name: &str) -> ShaperTable {
     }
 }
 
+/// Stages with taps at these delays; what does not divide evenly falls to the first tap.
+fn equally_weighted(delays_ticks: &[&[u32]], rate: TickRate) -> ShaperTable {
+    let stages: Vec<Vec<Tap>> = delays_ticks
+        .iter()
+        .map(|delays| {
+            let weight = WEIGHT_ONE / delays.len() as i32;
+            let first = WEIGHT_ONE - weight * (delays.len() as i32 - 1);
+            let weights = std::iter::once(first).chain(std::iter::repeat(weight));
+            delays.iter().zip(weights).map(|(&delay_ticks, weight)| Tap { delay_ticks, weight }).collect()
+        })
+        .collect();
+    ShaperTable::from_stages(rate, stages.iter().map(Vec::as_slice)).unwrap()
+}
+
 #[test]
 fn instructions_are_those_that_were_measured() {
     let rows = measured();
-    assert_eq!(rows.len(), 10, "{rows:?}");
+    assert_eq!(rows.len(), 11, "{rows:?}");
     for (name, taps, instructions) in rows {
         let cost = TableCost::of(&measured_table(&name));
         assert_eq!((cost.taps, cost.instructions), (taps, instructions), "{name}");

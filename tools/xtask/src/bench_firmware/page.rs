@@ -3,13 +3,14 @@
 use super::numbers::{CASCADE_GOAL, CYCLE_GOAL, FASTEST_TICK_CYCLES, INTERRUPT_GOAL, Numbers, TickNumbers};
 
 /// Taps of one stage where none of them fall on the same tick.
-const TAPS: [(&str, u32); 8] = [
+const TAPS: [(&str, u32); 9] = [
     ("zv", 3),
     ("zvd", 6),
     ("zvdd", 10),
     ("zvddd", 15),
     ("flat, in pairs", 16),
     ("flat, one by one", 16),
+    ("two stages, runs and lone taps", 12),
     ("flat, 64 one by one", 64),
     ("four stages, 64 one by one", 64),
 ];

@@ -92,7 +92,7 @@ fn diagnosed(
 ) -> Result<Diagnosis, DiagnoseError> {
     let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
     say("reading the recordings", 0.0);
-    let mut study = Study::new(model, recordings, held_out)?;
+    let mut study = Study { patience: Some(patience), ..Study::new(model, recordings, held_out)? };
     say("refitting the model within its own parameters", 0.05);
     let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;

@@ -43,6 +43,11 @@ impl Effort {
     pub(crate) const FULL: Self =
         Self { evaluations: 30, rounds: 4, tolerance: 1e-7, kept_steps: 3, difference: DIFFERENCE };
 
+    /// The same, ended by steps that gain less than this share.
+    pub(crate) fn to_within(self, share: f64) -> Self {
+        Self { tolerance: self.tolerance.max(share), ..self }
+    }
+
     const fn rough(difference: f64) -> Self {
         Self { evaluations: 30, rounds: 2, tolerance: 1e-4, kept_steps: 0, difference }
     }

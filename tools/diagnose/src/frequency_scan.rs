@@ -72,6 +72,9 @@ impl Scan<'_> {
         for reach in reaches {
             let steps = ((reach / SCAN_STEP) as i32).max(FEWEST_STEPS);
             for &index in frequencies {
+                if self.stack.is_spent() {
+                    return values;
+                }
                 let (centre, free) = (values[index], &self.free[index]);
                 // Frequencies go with the root of a stiffness.
                 let power = if free.path.ends_with("frequency_hz") { 1.0 } else { 2.0 };

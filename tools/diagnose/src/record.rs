@@ -97,6 +97,9 @@ impl OutputSignal {
     }
 }
 
+/// An output has all samples of its record but for a few that were set aside where it has this share of them.
+const NEARLY: f64 = 0.9;
+
 /// A recording that fits the model.
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
@@ -176,24 +179,25 @@ impl Record {
 
     /// The same with every `nth` sample of its outputs; the input is followed at its own rate. Nothing is
     /// filtered: what a sensor did to a sample it did to those that are kept. The same where an output has
-    /// samples of its own times.
+    /// samples of its own times; a few that were set aside are none.
     pub(crate) fn thinned(&self, nth: usize) -> Self {
-        let is_full = |output: &OutputSignal| output.at.len() == self.time_s.len();
-        if nth < 2 || !self.outputs.iter().all(is_full) {
+        let is_nearly_full =
+            |output: &OutputSignal| output.at.len() as f64 > NEARLY * self.time_s.len() as f64;
+        if nth < 2 || !self.outputs.iter().all(is_nearly_full) {
             return self.clone();
         }
         let every = |samples: &[f64]| samples.iter().step_by(nth).copied().collect::<Vec<f64>>();
-        let time_s = every(&self.time_s);
-        let outputs = self.outputs.iter().map(|output| OutputSignal {
-            at: (0..time_s.len()).collect(),
-            samples: every(&output.samples),
-            ..output.clone()
+        let outputs = self.outputs.iter().map(|output| {
+            let kept = output.at.iter().zip(&output.samples).filter(|(at, _)| at.is_multiple_of(nth));
+            let (at, samples) = kept.map(|(at, sample)| (at / nth, *sample)).unzip();
+            OutputSignal { at, samples, ..output.clone() }
         });
         Self {
             input: self.input.as_deref().map(every),
             rerun: self.rerun.thinned(nth),
             outputs: outputs.collect(),
-            time_s,
+            remainder: self.remainder.iter().map(|column| every(column)).collect(),
+            time_s: every(&self.time_s),
             ..self.clone()
         }
     }
@@ -504,5 +508,31 @@ mod tests {
             ..speeds
         };
         assert_eq!(moving.with_zero_seen(&command).zero, None);
+    }
+
+    #[test]
+    fn samples_that_were_set_aside_are_not_there_when_every_nth_is_kept() {
+        let text = "schema = 1\nkind = \"modal\"\nmode = [{ frequency_hz = 2.0, damping_ratio = 0.02, participation = [1.0] }]\n\
+                    input = { column = \"force_N\" }\noutput = [{ column = \"tip_m\" }]";
+        let model = Model::from_toml("mode.toml", text).unwrap();
+        let time_s: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+        let wave: Vec<f64> = time_s.iter().map(|t| (9.0 * t).sin()).collect();
+        let recording = Recording::new("run", time_s)
+            .with_column("force_N", wave.clone())
+            .with_column("tip_m", wave.clone());
+        let mut record = Record::new(&recording, Role::Train, &model, Some(2.0), Some(2.0)).unwrap();
+        let output = &mut record.outputs[0];
+        for place in [101, 100] {
+            output.at.remove(place);
+            output.samples.remove(place);
+        }
+        let thin = record.thinned(5);
+        assert_eq!((thin.time_s.len(), thin.outputs[0].at.len()), (40, 39));
+        for (at, sample) in thin.outputs[0].at.iter().zip(&thin.outputs[0].samples) {
+            assert_eq!(*sample, wave[5 * at]);
+        }
+        record.outputs[0].at.truncate(50);
+        record.outputs[0].samples.truncate(50);
+        assert_eq!(record.thinned(5).time_s.len(), 200, "an output that is sampled seldom stays whole");
     }
 }

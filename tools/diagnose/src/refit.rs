@@ -7,7 +7,8 @@ use crate::error::DiagnoseError;
 use crate::fit::{Fitted, fit};
 use crate::frequency_scan::{SCAN_REACHES, WIDE_SCAN_REACHES, largest_share, scanned};
 use crate::parameters::{FreeParameter, free_parameters};
-use crate::simulation::Hypothesis;
+use crate::record::Record;
+use crate::simulation::{Hypothesis, frequency_range_hz};
 use crate::stacking::{RecordFit, Stack};
 
 /// A parameter is refitted when a change of a twentieth of its value, or more, would show: its own part of
@@ -28,11 +29,54 @@ pub(crate) fn refit(
     stack: &Stack<'_>,
     given: &Hypothesis,
     candidates: &[FreeParameter],
+    effort: Effort,
+) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+    let Some(thin) = thinned(stack, given, candidates) else {
+        return refit_in_its_valley(stack, given, candidates, effort);
+    };
+    let thin = Stack { records: thin.iter().collect(), ..stack.clone() };
+    let (begun, _) = refit_in_its_valley(&thin, given, candidates, effort.to_within(TO_BEGIN_WITH))?;
+    let effort = to_go_on(effort, &thin, &begun);
+    refit_at(stack, given, candidates, started_from(candidates, &begun), &[], effort)
+}
+
+/// How far a refit that began with some of the samples goes on with all of them.
+fn to_go_on(effort: Effort, thin: &Stack<'_>, begun: &Fitted) -> Effort {
+    if is_loud(begun.sum_of_squares, thin) { Effort::BEGIN } else { effort }
+}
+
+/// The recordings with as many of their samples as are enough to begin with, where looking at all of them is
+/// much work; `None` where all are looked at.
+fn thinned(stack: &Stack<'_>, given: &Hypothesis, candidates: &[FreeParameter]) -> Option<Vec<Record>> {
+    let is_driven = stack.records.iter().all(|record| record.input.is_some());
+    if stack.present() * candidates.len() < MUCH_TO_FIT || !is_driven || !stack.is_even() {
+        return None;
+    }
+    let (_, fastest_hz) = frequency_range_hz(&given.model).ok()?;
+    let fastest_hz = fastest_hz.filter(|hz| *hz > 0.0)?;
+    let rate_hz = stack.records.iter().map(|record| record.rate_hz(0)).fold(f64::INFINITY, f64::min);
+    let nth = rate_hz / (ENOUGH_IN_A_PERIOD * fastest_hz);
+    (nth >= 2.0).then(|| stack.records.iter().map(|record| record.thinned(nth as usize)).collect())
+}
+
+/// Samples times parameters from which a refit begins with some of the samples ...
+const MUCH_TO_FIT: usize = 1_500_000;
+/// ... in every period of the model's fastest motion, ...
+const ENOUGH_IN_A_PERIOD: f64 = 4.0;
+/// ... as long as a step gains this share of what is left.
+const TO_BEGIN_WITH: f64 = 1e-4;
+
+/// Looks for the frequencies first, then fits everything.
+fn refit_in_its_valley(
+    stack: &Stack<'_>,
+    given: &Hypothesis,
+    candidates: &[FreeParameter],
+    effort: Effort,
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let drawn = given_values(candidates);
-    let from = |start: Vec<f64>| refit_at(stack, given, candidates, start, &[], Effort::FULL);
+    let from = |start: &[f64], effort| refit_at(stack, given, candidates, start.to_vec(), &[], effort);
     let near = scanned(stack, given, candidates, &drawn, &SCAN_REACHES);
-    let fitted = from(near.clone());
+    let fitted = from(&near, effort);
     let is_driven = stack.records.iter().all(|record| record.input.is_some());
     let fits_well = |(fitted, _): &(Fitted, _)| largest_share(stack, &fitted.records) < WELL_FITTED;
     if !is_driven || fitted.as_ref().is_ok_and(fits_well) || stack.is_over() {
@@ -43,14 +87,22 @@ pub(crate) fn refit(
     if near.iter().zip(&wide).all(|(near, wide)| (wide / near).ln().abs() <= SAME_VALLEY) {
         return fitted;
     }
-    match (fitted, from(wide)) {
-        (Ok(fitted), Ok(far)) if far.0.sum_of_squares >= LESS * fitted.0.sum_of_squares => Ok(fitted),
-        (fitted, far) => far.or(fitted),
+    // A machine that far from the drawing has to explain what it was made for; of an output that a sensor or
+    // a drive spoils any machine explains a little more than the right one.
+    let least = fitted.as_ref().map_or(f64::INFINITY, |(fitted, _)| fitted.sum_of_squares);
+    let explains = |(far, _): &(Fitted, _)| {
+        far.sum_of_squares < LESS * least && largest_share(stack, &far.records) < IN_STEP
+    };
+    match from(&wide, Effort::BEGIN) {
+        Ok(far) if explains(&far) => from(&started_from(candidates, &far.0), effort).or(fitted),
+        _ => fitted,
     }
 }
 
 /// A refit that leaves less than this share of every output, root mean square, is in the right valley, ...
 const WELL_FITTED: f64 = 0.03;
+/// ... one that leaves more than this share of an output is out of step with it, ...
+const IN_STEP: f64 = 0.6;
 /// ... and starts whose parameters differ by no more than this, in logarithms, are in the same one.
 const SAME_VALLEY: f64 = 0.02;
 
@@ -62,7 +114,14 @@ pub(crate) fn refit_from(
     before: &Fitted,
 ) -> Result<(Fitted, Vec<String>), DiagnoseError> {
     let start = started_from(candidates, before);
-    refit_at(stack, given, candidates, start, &[], Effort::FULL)
+    let Some(thin) = thinned(stack, given, candidates) else {
+        return refit_at(stack, given, candidates, start, &[], Effort::FULL);
+    };
+    let thin = Stack { records: thin.iter().collect(), ..stack.clone() };
+    let effort = Effort::FULL.to_within(TO_BEGIN_WITH);
+    let (begun, _) = refit_at(&thin, given, candidates, start, &[], effort)?;
+    let effort = to_go_on(Effort::FULL, &thin, &begun);
+    refit_at(stack, given, candidates, started_from(candidates, &begun), &[], effort)
 }
 
 /// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those
@@ -114,7 +173,7 @@ pub(crate) fn refit_from_drawing(
 pub(crate) fn refit_within_drawing(stack: &Stack<'_>, given: &Hypothesis) -> Option<Fitted> {
     let candidates = free_parameters(given);
     let bounded: Vec<FreeParameter> = candidates.iter().cloned().map(FreeParameter::within_drawing).collect();
-    let (mut fitted, _) = refit(stack, given, &bounded).ok()?;
+    let (mut fitted, _) = refit(stack, given, &bounded, Effort::FULL).ok()?;
     for free in &mut fitted.free {
         *free = candidates.iter().find(|candidate| candidate.path == free.path)?.clone();
     }
@@ -197,6 +256,14 @@ fn refit_at(
     Ok((freed(at, &kept), paths))
 }
 
+/// Whether so much is left, where outputs are weighted by their noise, that something is missing, and how well
+/// the rest is known hangs on that: ...
+fn is_loud(sum_of_squares: f64, stack: &Stack<'_>) -> bool {
+    sum_of_squares > LOUDLY * stack.present() as f64
+}
+
+/// ... which is this many times the noise's power.
+const LOUDLY: f64 = 4.0;
 /// A fit that leaves this many times what was left before it is lost.
 const LOST: f64 = 1.5;
 /// Which parameters are free is decided at most this often, ...
@@ -247,4 +314,81 @@ fn distinguishable(stack: &Stack<'_>, fitted: &Fitted) -> (Vec<usize>, Vec<usize
 
 fn sum_of_squares(records: &[RecordFit]) -> f64 {
     records.iter().map(|record| dot(&record.residuals, &record.residuals)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use stillbeam_plant::{Model, simulate};
+    use stillbeam_recording::{Recording, Role};
+
+    use super::*;
+    use crate::options::Options;
+    use crate::patience::Patience;
+    use crate::study::Study;
+
+    /// Six modes under a force, three outputs.
+    fn modes(factor: f64) -> Model {
+        let mode = |hz: f64| {
+            format!(
+                "{{ frequency_hz = {}, damping_ratio = 0.02, participation = [0.4, {}, -0.2] }}",
+                factor * hz,
+                0.1 * hz
+            )
+        };
+        let modes = [2.1, 3.2, 4.4, 5.3, 7.0, 9.0].map(mode).join(", ");
+        let text = format!(
+            "schema = 1\nkind = \"modal\"\nmode = [{modes}]\ninput = {{ column = \"force_N\" }}\n\
+             output = [{{ column = \"a_m\" }}, {{ column = \"b_m\" }}, {{ column = \"c_m\" }}]"
+        );
+        Model::from_toml("modes.toml", &text).unwrap()
+    }
+
+    /// A minute of a sweep at 400 Hz.
+    fn swept() -> Recording {
+        let time_s: Vec<f64> = (0..24_000).map(|k| 0.0025 * f64::from(k)).collect();
+        let force = time_s.iter().map(|t| (TAU * (1.0 * t + 0.09 * t * t)).sin()).collect();
+        let run =
+            simulate(&modes(1.0), &Recording::new("swept", time_s).with_column("force_N", force)).unwrap();
+        let mut noisy = run.clone();
+        for (index, column) in noisy.columns.iter_mut().enumerate().filter(|(_, c)| c.name != "force_N") {
+            let wave = |k: usize| 1e-5 * (1.7 * ((k * (3 + index)) % 1009) as f64).sin();
+            column.samples.iter_mut().enumerate().for_each(|(k, sample)| *sample += wave(k));
+        }
+        noisy
+    }
+
+    #[test]
+    fn a_refit_that_begins_with_some_samples_ends_where_one_of_all_does() {
+        let given = modes(1.015);
+        let study =
+            Study::new(&given, std::slice::from_ref(&swept()), std::slice::from_ref(&swept())).unwrap();
+        let (stack, given) = (study.stack(Role::Train), Hypothesis::given(&given));
+        let candidates = free_parameters(&given);
+        let thin = thinned(&stack, &given, &candidates).expect("much work");
+        assert!(thin[0].time_s.len() * 5 < stack.records[0].time_s.len());
+        let (begun, _) = refit(&stack, &given, &candidates, Effort::FULL).unwrap();
+        let (of_all, _) = refit_in_its_valley(&stack, &given, &candidates, Effort::FULL).unwrap();
+        assert!((begun.sum_of_squares / of_all.sum_of_squares - 1.0).abs() < 1e-4);
+        for (parameter, (a, b)) in begun.free.iter().zip(begun.values.iter().zip(&of_all.values)) {
+            assert!((a / b - 1.0).abs() < 1e-4, "{}: {a} and {b}", parameter.path);
+        }
+    }
+
+    #[test]
+    fn a_refit_ends_where_it_is_when_time_is_spent() {
+        let given = modes(1.015);
+        let spent = Options { processor_limit_s: Some(-1e6), ..Options::default() };
+        let study = Study {
+            patience: Some(Patience::new(&spent)),
+            ..Study::new(&given, std::slice::from_ref(&swept()), std::slice::from_ref(&swept())).unwrap()
+        };
+        let given = Hypothesis::given(&given);
+        let candidates = free_parameters(&given);
+        let (fitted, _) = refit(&study.stack(Role::Train), &given, &candidates, Effort::FULL).unwrap();
+        for (parameter, value) in fitted.free.iter().zip(&fitted.values) {
+            assert!((value / parameter.given - 1.0).abs() < 1e-12, "{}", parameter.path);
+        }
+    }
 }

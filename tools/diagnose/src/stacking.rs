@@ -60,11 +60,6 @@ const OWN: f64 = 1e-6;
 const CLEAR: f64 = 10.0;
 
 impl Stack<'_> {
-    /// The same for fits that end where they are when patience is spent.
-    pub(crate) fn until(self, patience: Patience) -> Self {
-        Self { patience: Some(patience), ..self }
-    }
-
     /// Whether no further fit is to be begun.
     pub(crate) fn is_over(&self) -> bool {
         self.patience.is_some_and(|patience| patience.is_over())

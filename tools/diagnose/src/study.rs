@@ -14,6 +14,7 @@ use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
+use crate::patience::Patience;
 use crate::record::Record;
 use crate::remainder::{remainder, shares};
 use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
@@ -41,6 +42,8 @@ pub(crate) struct Study {
     /// What errors of the recorded inputs do, recording by recording, training recordings first; empty before
     /// it was looked for.
     pub(crate) input_errors: Vec<Option<DrawnError>>,
+    /// When fits begin no more, and when they end where they are.
+    pub(crate) patience: Option<Patience>,
 }
 
 /// A model on all recordings.
@@ -81,6 +84,7 @@ impl Study {
             slowest_hz,
             fastest_hz,
             input_errors: Vec::new(),
+            patience: None,
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
         let by_side_file = train.iter().map(|recording| (recording, recording.role.unwrap_or(Role::Train)));
@@ -197,7 +201,7 @@ impl Study {
             .iter()
             .map(|record| record.outputs.iter().map(|output| self.weighting(output.index)).collect())
             .collect();
-        Stack { records: records.iter().collect(), weights, patience: None }
+        Stack { records: records.iter().collect(), weights, patience: self.patience }
     }
 
     /// All recordings as one long vector, training recordings first.
@@ -206,7 +210,7 @@ impl Study {
         Stack {
             records: [train.records, held_out.records].concat(),
             weights: [train.weights, held_out.weights].concat(),
-            patience: None,
+            patience: self.patience,
         }
     }
 

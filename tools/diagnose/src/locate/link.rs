@@ -124,7 +124,7 @@ impl BeamAlone {
         let start: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
         let fitted = {
             let weights = vec![vec![Weighting::Even(1.0 / floor)]; records.len()];
-            let stack = Stack { records: records.iter().collect(), weights, patience: None };
+            let stack = Stack { records: records.iter().collect(), weights, patience: study.patience };
             fit(&stack, &cut, &free, &start, &[], Effort::COMPARE)?
         };
         Some(Self { records, fitted, floor })

@@ -54,7 +54,7 @@ impl Search<'_> {
         let (mut free, mut values) = (fitted.free.clone(), fitted.values.clone());
         let (weakened, value) = (free.remove(place), values.remove(place));
         let hypothesis = fitted.hypothesis.with_values(&[weakened], &[share * value])?;
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let weak = fit(&stack, &hypothesis, &free, &values, &fitted.initial_states(), Effort::TRIAL)?;
         self.member(member.laws.clone(), weak)
     }

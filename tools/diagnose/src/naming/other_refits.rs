@@ -23,6 +23,7 @@ use super::rounds::{Beside, Tried};
 use super::selection::Search;
 use super::sets::Member;
 use crate::adequacy::Rest;
+use crate::effort::Effort;
 use crate::fit::{Fitted, LOUD};
 use crate::parameters::free_parameters;
 use crate::refit::{refit, refit_within_drawing};
@@ -82,7 +83,7 @@ impl Search<'_> {
         if !self.moved_far(&refitted.fitted) {
             return None;
         }
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let within = refit_within_drawing(&stack, &Hypothesis::given(self.given))?;
         self.member(Vec::new(), within)
     }
@@ -93,7 +94,7 @@ impl Search<'_> {
         if self.rest(refitted) == Rest::Noise {
             return None;
         }
-        let all = self.study.stack(Role::Train).until(self.patience);
+        let all = self.study.stack(Role::Train);
         let alone: Vec<Option<Fitted>> =
             (0..all.records.len()).into_par_iter().map(|number| self.refit_to(&all, &[number])).collect();
         // Mean squares that each recording's own refit leaves of it.
@@ -126,7 +127,9 @@ impl Search<'_> {
     /// The model refitted to some of the recordings.
     fn refit_to(&self, all: &Stack<'_>, numbers: &[usize]) -> Option<Fitted> {
         let given = Hypothesis::given(self.given);
-        refit(&part(all, numbers), &given, &free_parameters(&given)).ok().map(|(fitted, _)| fitted)
+        refit(&part(all, numbers), &given, &free_parameters(&given), Effort::FULL)
+            .ok()
+            .map(|(fitted, _)| fitted)
     }
 }
 

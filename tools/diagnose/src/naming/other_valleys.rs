@@ -61,7 +61,7 @@ impl Search<'_> {
             return None;
         }
         if !self.drifts_over_a_wave(member) {
-            let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train).until(self.patience));
+            let is_jagged = member.fitted.is_jagged(&self.study.stack(Role::Train));
             return if is_jagged { self.fitted_to_beginnings_first(member) } else { None };
         }
         if let Some(as_recorded) = self.waves_as_recorded(member) {
@@ -80,7 +80,7 @@ impl Search<'_> {
     /// The set fitted over a lengthening horizon, and across jags where that does not arrive; `None` where
     /// neither leaves less.
     fn fitted_to_beginnings_first(&self, member: &Member) -> Option<Member> {
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let longer = member.fitted.over_a_lengthening_horizon(&stack, 0.0);
         let arrived = longer.as_ref().is_some_and(|longer| !self.is_louder_than_noise(longer));
         let rough = (!arrived).then(|| member.fitted.across_the_jags(&stack));
@@ -116,7 +116,7 @@ impl Search<'_> {
     pub(super) fn fitted_from_drawing(&self, member: &Member, effort: Effort) -> Option<Member> {
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let drawn = refit_from_drawing(&stack, &hypothesis, &member.fitted, effort)?;
         self.member(member.laws.clone(), drawn)
     }

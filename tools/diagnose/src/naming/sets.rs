@@ -170,7 +170,7 @@ impl Search<'_> {
 
     /// A fit carried on, if that makes it better.
     pub(crate) fn fitted_on(&self, from: &Fitted, effort: Effort) -> Option<Fitted> {
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let fitted = fit(&stack, &from.hypothesis, &from.free, &from.values, &from.initial_states(), effort);
         fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
@@ -189,7 +189,7 @@ impl Search<'_> {
         self.floors = floors;
         self.weighed_again = true;
         self.rounds = std::sync::Mutex::default();
-        let stack = self.study.stack(Role::Train).until(self.patience);
+        let stack = self.study.stack(Role::Train);
         let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = laws;

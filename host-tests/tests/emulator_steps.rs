@@ -161,10 +161,12 @@ fn every_edge_is_the_setpoints(kind: &str) {
     });
 
     board.one_way("a stop", |board| {
-        // So slow that the stop comes on the way however late this machine sends it.
-        board.say(&["set move.velocity_mm_s 0.05", "set mode1.type off", "apply", "move 0"]);
+        // So slow that the stop comes on the way, and asked again for as long as it is not heard.
+        board.say(&["set move.velocity_mm_s 0.3", "set mode1.type off", "apply", "move 0"]);
         board.wait_for_motion();
-        board.second.write_all(&[RealTimeByte::STOP]).expect("written");
+        while board.status("state") == "moving" {
+            board.second.write_all(&[RealTimeByte::STOP]).expect("written");
+        }
         let rest_nm = board.rest_nm();
         assert!((1..20_000_000).contains(&rest_nm), "stopped on the way: {rest_nm}");
     });

@@ -4,7 +4,6 @@ use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
 use crate::adequacy::is_adequate;
-use crate::effort::Effort;
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
@@ -31,7 +30,7 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     study.check_units(given)?;
     let given_on_all = study.on_all(given, &[], &[])?;
     study.weigh_by(&given_on_all);
-    let (first, _) = refit(&study.stack(Role::Train), given, &candidates, Effort::FULL)?;
+    let (first, _) = refit(&study.stack(Role::Train), given, &candidates)?;
     let first = study.in_phase(first, given);
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
     study.clean(&first_on_all);
@@ -66,7 +65,7 @@ pub(crate) fn adequate_on_everything(
 ) -> Result<Option<(Study, Compared)>, DiagnoseError> {
     let mut study = study.clone();
     let candidates = free_parameters(given);
-    let (mut fitted, mut undetermined) = refit(&study.everything(), given, &candidates, Effort::FULL)?;
+    let (mut fitted, mut undetermined) = refit(&study.everything(), given, &candidates)?;
     let mut floors = before.floors.clone();
     let seen = study.floors(&study.split(&fitted));
     // What a refit leaves of recordings on which it fails is taken for noise, at least in part.

@@ -136,7 +136,6 @@ fn diagnosed(
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
-        patience,
         rounds: std::sync::Mutex::default(),
         held_out_starts: if model.input().is_none() {
             compared.refitted_on_all.held_out.iter().map(|fit| fit.initial.clone()).collect()

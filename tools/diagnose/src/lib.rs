@@ -58,6 +58,8 @@ mod remainder;
 mod result;
 mod ringing;
 mod simulation;
+#[cfg(test)]
+mod spoilt_sensor;
 mod stacking;
 mod statistics;
 mod study;

@@ -20,29 +20,34 @@ const VISIBLE: f64 = 20.0;
 /// does: a damper that is known to a factor of two is refitted though a twentieth of it would not show.
 const SURER: f64 = 2.8;
 
+/// A refit, and the paths of the parameters that the recordings could not tell apart.
+type Refitted = Result<(Fitted, Vec<String>), DiagnoseError>;
+
 /// Refits the model within its own parameters.
 ///
 /// Parameters that the recordings cannot tell apart from those before them in the list stay as given, or
 /// where an earlier fit took them where those others cannot make up for the way back; their paths are
 /// returned too.
-pub(crate) fn refit(
+pub(crate) fn refit(stack: &Stack<'_>, given: &Hypothesis, candidates: &[FreeParameter]) -> Refitted {
+    let in_its_valley = |stack: &Stack<'_>, effort| refit_in_its_valley(stack, given, candidates, effort);
+    with_some_samples_first(stack, given, candidates, &in_its_valley)
+}
+
+/// A refit that is begun with some of the samples, where looking at all of them is much work, and goes on with
+/// all from there. Where more is missing than noise hides, how well the rest is known hangs on that, and it
+/// goes on for a few steps only.
+fn with_some_samples_first(
     stack: &Stack<'_>,
     given: &Hypothesis,
     candidates: &[FreeParameter],
-    effort: Effort,
-) -> Result<(Fitted, Vec<String>), DiagnoseError> {
-    let Some(thin) = thinned(stack, given, candidates) else {
-        return refit_in_its_valley(stack, given, candidates, effort);
-    };
+    refit: &dyn Fn(&Stack<'_>, Effort) -> Refitted,
+) -> Refitted {
+    let Some(thin) = thinned(stack, given, candidates) else { return refit(stack, Effort::FULL) };
     let thin = Stack { records: thin.iter().collect(), ..stack.clone() };
-    let (begun, _) = refit_in_its_valley(&thin, given, candidates, effort.to_within(TO_BEGIN_WITH))?;
-    let effort = to_go_on(effort, &thin, &begun);
+    let (begun, _) = refit(&thin, Effort::FULL.to_within(TO_BEGIN_WITH))?;
+    let is_loud = begun.sum_of_squares > LOUDLY * thin.present() as f64;
+    let effort = if is_loud { Effort::BEGIN } else { Effort::FULL };
     refit_at(stack, given, candidates, started_from(candidates, &begun), &[], effort)
-}
-
-/// How far a refit that began with some of the samples goes on with all of them.
-fn to_go_on(effort: Effort, thin: &Stack<'_>, begun: &Fitted) -> Effort {
-    if is_loud(begun.sum_of_squares, thin) { Effort::BEGIN } else { effort }
 }
 
 /// The recordings with as many of their samples as are enough to begin with, where looking at all of them is
@@ -65,6 +70,8 @@ const MUCH_TO_FIT: usize = 1_500_000;
 const ENOUGH_IN_A_PERIOD: f64 = 4.0;
 /// ... as long as a step gains this share of what is left.
 const TO_BEGIN_WITH: f64 = 1e-4;
+/// More is missing than noise hides where so many times the noise's power is left.
+const LOUDLY: f64 = 4.0;
 
 /// Looks for the frequencies first, then fits everything.
 fn refit_in_its_valley(
@@ -72,7 +79,7 @@ fn refit_in_its_valley(
     given: &Hypothesis,
     candidates: &[FreeParameter],
     effort: Effort,
-) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+) -> Refitted {
     let drawn = given_values(candidates);
     let from = |start: &[f64], effort| refit_at(stack, given, candidates, start.to_vec(), &[], effort);
     let near = scanned(stack, given, candidates, &drawn, &SCAN_REACHES);
@@ -112,16 +119,11 @@ pub(crate) fn refit_from(
     given: &Hypothesis,
     candidates: &[FreeParameter],
     before: &Fitted,
-) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+) -> Refitted {
     let start = started_from(candidates, before);
-    let Some(thin) = thinned(stack, given, candidates) else {
-        return refit_at(stack, given, candidates, start, &[], Effort::FULL);
-    };
-    let thin = Stack { records: thin.iter().collect(), ..stack.clone() };
-    let effort = Effort::FULL.to_within(TO_BEGIN_WITH);
-    let (begun, _) = refit_at(&thin, given, candidates, start, &[], effort)?;
-    let effort = to_go_on(Effort::FULL, &thin, &begun);
-    refit_at(stack, given, candidates, started_from(candidates, &begun), &[], effort)
+    let from_start =
+        |stack: &Stack<'_>, effort| refit_at(stack, given, candidates, start.clone(), &[], effort);
+    with_some_samples_first(stack, given, candidates, &from_start)
 }
 
 /// A set of laws fitted again with the model's own parameters, which of those are free decided anew; those
@@ -173,7 +175,7 @@ pub(crate) fn refit_from_drawing(
 pub(crate) fn refit_within_drawing(stack: &Stack<'_>, given: &Hypothesis) -> Option<Fitted> {
     let candidates = free_parameters(given);
     let bounded: Vec<FreeParameter> = candidates.iter().cloned().map(FreeParameter::within_drawing).collect();
-    let (mut fitted, _) = refit(stack, given, &bounded, Effort::FULL).ok()?;
+    let (mut fitted, _) = refit(stack, given, &bounded).ok()?;
     for free in &mut fitted.free {
         *free = candidates.iter().find(|candidate| candidate.path == free.path)?.clone();
     }
@@ -209,7 +211,7 @@ fn refit_at(
     start: Vec<f64>,
     states: &[Vec<f64>],
     effort: Effort,
-) -> Result<(Fitted, Vec<String>), DiagnoseError> {
+) -> Refitted {
     let diverged = || DiagnoseError::Diverged {
         recording: stack.records.first().map_or_else(String::new, |record| record.name.clone()),
     };
@@ -256,14 +258,6 @@ fn refit_at(
     Ok((freed(at, &kept), paths))
 }
 
-/// Whether so much is left, where outputs are weighted by their noise, that something is missing, and how well
-/// the rest is known hangs on that: ...
-fn is_loud(sum_of_squares: f64, stack: &Stack<'_>) -> bool {
-    sum_of_squares > LOUDLY * stack.present() as f64
-}
-
-/// ... which is this many times the noise's power.
-const LOUDLY: f64 = 4.0;
 /// A fit that leaves this many times what was left before it is lost.
 const LOST: f64 = 1.5;
 /// Which parameters are free is decided at most this often, ...
@@ -368,7 +362,7 @@ mod tests {
         let candidates = free_parameters(&given);
         let thin = thinned(&stack, &given, &candidates).expect("much work");
         assert!(thin[0].time_s.len() * 5 < stack.records[0].time_s.len());
-        let (begun, _) = refit(&stack, &given, &candidates, Effort::FULL).unwrap();
+        let (begun, _) = refit(&stack, &given, &candidates).unwrap();
         let (of_all, _) = refit_in_its_valley(&stack, &given, &candidates, Effort::FULL).unwrap();
         assert!((begun.sum_of_squares / of_all.sum_of_squares - 1.0).abs() < 1e-4);
         for (parameter, (a, b)) in begun.free.iter().zip(begun.values.iter().zip(&of_all.values)) {
@@ -386,7 +380,7 @@ mod tests {
         };
         let given = Hypothesis::given(&given);
         let candidates = free_parameters(&given);
-        let (fitted, _) = refit(&study.stack(Role::Train), &given, &candidates, Effort::FULL).unwrap();
+        let (fitted, _) = refit(&study.stack(Role::Train), &given, &candidates).unwrap();
         for (parameter, value) in fitted.free.iter().zip(&fitted.values) {
             assert!((value / parameter.given - 1.0).abs() < 1e-12, "{}", parameter.path);
         }

@@ -60,6 +60,16 @@ fn is_resolved(part: &OutputResidual<'_>) -> bool {
 }
 
 impl Study {
+    /// Whether no further search is to be begun.
+    pub(crate) fn is_over(&self) -> bool {
+        self.patience.is_some_and(|patience| patience.is_over())
+    }
+
+    /// Whether even fits that are under way are to end where they are.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.patience.is_some_and(|patience| patience.is_spent())
+    }
+
     /// Whether all recordings, held out or not, have the same single output.
     pub(crate) fn has_one_output(&self) -> bool {
         let mut outputs = self.train.iter().chain(&self.held_out).flat_map(|record| &record.outputs);

@@ -38,7 +38,7 @@ impl Search<'_> {
             }
             let finished = self.one_force_as_one_law(self.finished(selection.chosen));
             selection.chosen = self.even_if_as_good(self.uneven_if_better(finished));
-            if self.patience.is_spent() {
+            if self.study.is_spent() {
                 selection.left_out.push("the best values of what was chosen");
             }
             let cut_short = self.is_over() || !selection.left_out.is_empty();

@@ -14,7 +14,6 @@ use super::trials::{Candidate, all_candidates};
 use crate::comparison::compare;
 use crate::fit::{Fitted, Others};
 use crate::options::Options;
-use crate::patience::Patience;
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 
@@ -189,7 +188,6 @@ pub(crate) fn searched_around<T>(
         options: &options,
         floors: compared.floors.clone(),
         weighed_again: false,
-        patience: Patience::new(&options),
         rounds: std::sync::Mutex::default(),
         held_out_starts: Vec::new(),
         study: &mut study,

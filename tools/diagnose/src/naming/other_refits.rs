@@ -23,7 +23,6 @@ use super::rounds::{Beside, Tried};
 use super::selection::Search;
 use super::sets::Member;
 use crate::adequacy::Rest;
-use crate::effort::Effort;
 use crate::fit::{Fitted, LOUD};
 use crate::parameters::free_parameters;
 use crate::refit::{refit, refit_within_drawing};
@@ -127,9 +126,7 @@ impl Search<'_> {
     /// The model refitted to some of the recordings.
     fn refit_to(&self, all: &Stack<'_>, numbers: &[usize]) -> Option<Fitted> {
         let given = Hypothesis::given(self.given);
-        refit(&part(all, numbers), &given, &free_parameters(&given), Effort::FULL)
-            .ok()
-            .map(|(fitted, _)| fitted)
+        refit(&part(all, numbers), &given, &free_parameters(&given)).ok().map(|(fitted, _)| fitted)
     }
 }
 

@@ -21,7 +21,6 @@ use crate::adequacy::Rest;
 use crate::fit::Fitted;
 use crate::noise::NoiseFloor;
 use crate::options::Options;
-use crate::patience::Patience;
 use crate::stacking::RecordFit;
 use crate::study::Study;
 
@@ -81,8 +80,6 @@ pub(crate) struct Search<'s> {
     /// Initial states of held-out free decays under the refitted model, which have no rest to begin from;
     /// empty where a record is driven.
     pub(crate) held_out_starts: Vec<Vec<f64>>,
-    /// When no further search is begun.
-    pub(crate) patience: Patience,
     /// Rounds made since.
     pub(crate) rounds: Mutex<HashMap<RoundKey, Round>>,
 }
@@ -90,7 +87,7 @@ pub(crate) struct Search<'s> {
 impl Search<'_> {
     /// Whether no further search is to be begun.
     pub(crate) fn is_over(&self) -> bool {
-        self.patience.is_over()
+        self.study.is_over()
     }
 
     /// Adds, swaps and deletes until no law passes any more. The gates are run again in [`Search::judge`].

@@ -157,13 +157,19 @@ fn diagnosed(
         candidates = &catalogue;
         search.candidates = candidates;
     }
+    let weighed_first = compared.clone();
     if search.weighed_again {
         say("refitting the model with the noise that is seen now", 0.6);
         let floors = search.floors.clone();
         compared = settle(search.study, &given, &compared.refitted, floors)?;
     }
     let promising = found.chosen.clone();
-    let selection = search.judge(found, &compared.refitted, &mut |step, done| say(step, 0.65 + 0.2 * done));
+    let mut judging = |step: &str, done: f64| say(step, 0.65 + 0.2 * done);
+    let mut selection = search.judge(found, &compared.refitted, &mut judging);
+    if let Some(first) = search.back_to_the_first(&selection) {
+        compared = weighed_first;
+        selection = search.judge(first, &compared.refitted, &mut judging);
+    }
     let mut tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);
     let mut refit_adequate = is_exact || is_adequate(&tests, options);
     let again = if !selection.chosen.laws.is_empty() {

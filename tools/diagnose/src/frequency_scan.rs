@@ -47,6 +47,9 @@ pub(crate) fn scanned(
     Scan { stack, given, free, near }.around(drawn, &frequencies, reaches)
 }
 
+/// A model that leaves more than this share of an output is out of step with it.
+pub(crate) const IN_STEP: f64 = 0.6;
+
 /// The largest share of an output that a fit leaves of a recording, root mean square.
 pub(crate) fn largest_share(stack: &Stack<'_>, records: &[RecordFit]) -> f64 {
     let shares = records.iter().enumerate().map(|(index, fit)| {

@@ -5,7 +5,7 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use crate::effort::Effort;
 use crate::error::DiagnoseError;
 use crate::fit::{Fitted, fit};
-use crate::frequency_scan::{SCAN_REACHES, WIDE_SCAN_REACHES, largest_share, scanned};
+use crate::frequency_scan::{IN_STEP, SCAN_REACHES, WIDE_SCAN_REACHES, largest_share, scanned};
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::record::Record;
 use crate::simulation::{Hypothesis, frequency_range_hz};
@@ -108,8 +108,6 @@ fn refit_in_its_valley(
 
 /// A refit that leaves less than this share of every output, root mean square, is in the right valley, ...
 const WELL_FITTED: f64 = 0.03;
-/// ... one that leaves more than this share of an output is out of step with it, ...
-const IN_STEP: f64 = 0.6;
 /// ... and starts whose parameters differ by no more than this, in logarithms, are in the same one.
 const SAME_VALLEY: f64 = 0.02;
 

@@ -77,7 +77,7 @@ fn a_machine_far_from_the_drawing_is_not_taken_for_explaining_a_little_more() {
 
 #[test]
 fn a_sensor_that_loses_the_sign_of_a_speed_is_named_though_no_machine_explains_half_of_what_it_reads() {
-    for seed in [1, 2] {
+    for seed in 1..=4 {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         let (train, held_out) = (runs(&mut random), runs(&mut random));
         let given = wheels(8.6, 0.27);

@@ -85,6 +85,7 @@ mod tests {
             let selection = |chosen: &Member, rivals: &[Member]| Selection {
                 chosen: chosen.clone(),
                 screened: Vec::new(),
+                first: None,
                 tried: Vec::new(),
                 rivals: rivals.to_vec(),
                 judged: Vec::new(),

@@ -3,8 +3,8 @@
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
 
+use super::rivals::Rivals;
 use super::rounds::Tried;
-
 use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::comparison::Compared;
@@ -84,19 +84,16 @@ impl Search<'_> {
                 }
             }
             rivals.retain(|rival| search.better_by(rival, &chosen) < separation);
-            let cut_short = !selection.left_out.is_empty();
             if !search.leaves_as_little(&chosen, &selection.chosen) {
                 return None;
             }
-            let (judged, _) = search.judge_laws(&chosen, refitted, cut_short, &selection.screened);
+            let (judged, _) = search.judge_laws(&chosen, refitted, &Rivals::of(selection, false));
             judged.iter().all(Tried::passes).then(|| Selection {
                 chosen,
                 rivals,
                 judged,
-                screened: selection.screened.clone(),
-                tried: selection.tried.clone(),
-                left_out: selection.left_out.clone(),
                 explained_share: None,
+                ..selection.clone()
             })
         })
     }
@@ -201,6 +198,7 @@ mod tests {
             let found = |chosen: &Member| Selection {
                 chosen: chosen.clone(),
                 screened: Vec::new(),
+                first: None,
                 tried: Vec::new(),
                 rivals: Vec::new(),
                 judged: Vec::new(),

@@ -11,13 +11,14 @@
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at 1.1 times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains, of the training or of the held-out recordings: is the held-out gain beyond doubt |
-//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and all that is left foreign |
+//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and alone in coming near or all that is left foreign |
 //!
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_identify::tall::{add_scaled, dot};
 use stillbeam_plant::Physics;
 
+use super::rivals::Rivalry;
 use crate::intervals::{Consistency, Scatter};
 use crate::options::Options;
 use crate::result::Gate;
@@ -160,9 +161,11 @@ impl Trialled<'_> {
             && self.held_out.is_some_and(|held_out| held_out.z > DOUBT * options.held_out_gate)
     }
 
-    /// Whether no laws that were not tried could do its work, `own` being the share of its effect that no others make.
-    pub(crate) fn is_unrivalled(&self, own: f64) -> bool {
-        self.least_share() > NEARLY_ALL || own > OWN
+    /// Whether no laws that were not tried could do its work.
+    pub(crate) fn is_unrivalled(&self, rivalry: Option<Rivalry>, options: &Options) -> bool {
+        let is_its_own =
+            |rivalry: Rivalry| rivalry.own_share > OWN || (rivalry.leads && self.is_beyond_doubt(options));
+        self.least_share() > NEARLY_ALL || rivalry.is_some_and(is_its_own)
     }
 }
 
@@ -175,9 +178,8 @@ pub(crate) struct Closer {
     pub(crate) stable: bool,
     /// Sum of squares that is left over beyond noise; `None` where nothing but noise is left.
     pub(crate) rest: Option<f64>,
-    /// Where time ended the search while what is left was louder than noise: share of the law's effect that all other laws together do not
-    /// make, as far as straight lines say.
-    pub(crate) cut_short: Option<f64>,
+    /// Where time ended the search while what is left was louder than noise: what speaks against other laws.
+    pub(crate) cut_short: Option<Rivalry>,
     /// Whether nothing that is left goes with the motion: then no law that was not tried is missing beside this one.
     pub(crate) rest_is_foreign: bool,
 }
@@ -295,15 +297,15 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
             ));
         }
         gates.push(gate("stable", closer.stable, "simulated at 1.1 times the largest input".to_owned()));
-        if let Some(own) = closer.cut_short {
+        if let Some(rivalry) = closer.cut_short {
             gates.push(gate(
                 "unrivalled",
-                trialled.is_unrivalled(own) || (closer.rest_is_foreign && trialled.is_beyond_doubt(options)),
+                trialled.is_unrivalled(Some(rivalry), options) || (closer.rest_is_foreign && trialled.is_beyond_doubt(options)),
                 format!(
                     "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
                      of its effect being what no others make",
                     100.0 * trialled.least_share().clamp(0.0, 1.0),
-                    100.0 * own
+                    100.0 * rivalry.own_share
                 ),
             ));
         }
@@ -414,13 +416,13 @@ mod tests {
     }
 
     /// A law that takes these shares off what noise does not explain, found by a search that time has ended.
-    fn cut_short(training: f64, held_out: f64, own: f64) -> bool {
+    fn cut_short(training: f64, held_out: f64, own: f64, leads: bool) -> bool {
         let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
         let closer = Closer {
             consistency: None,
             stable: true,
             rest: Some(1.0),
-            cut_short: Some(own),
+            cut_short: Some(Rivalry { own_share: own, leads }),
             rest_is_foreign: false,
         };
         let parameters = [("force".to_owned(), 1.0, 0.01, 0.0, f64::INFINITY)];
@@ -556,9 +558,19 @@ mod tests {
 
     #[test]
     fn a_search_that_time_has_ended_names_what_leaves_nearly_nothing_or_does_what_no_others_do() {
-        assert!(cut_short(0.999, 0.99, 0.0), "nothing is left for another law to do");
-        assert!(cut_short(0.66, 0.66, 0.98), "a line beside a random force: no other law makes a line");
-        assert!(!cut_short(0.94, 0.97, 0.05), "dry friction in place of friction with a dip at low speed");
-        assert!(!cut_short(0.999, 0.78, 0.05), "what was fitted is not what is there on other recordings");
+        assert!(cut_short(0.999, 0.99, 0.0, false), "nothing is left for another law to do");
+        assert!(
+            cut_short(0.66, 0.66, 0.98, false),
+            "a line beside a random force: no other law makes a line"
+        );
+        assert!(
+            !cut_short(0.94, 0.97, 0.05, false),
+            "dry friction in place of friction with a dip at low speed"
+        );
+        assert!(
+            !cut_short(0.999, 0.78, 0.05, false),
+            "what was fitted is not what is there on other recordings"
+        );
+        assert!(cut_short(0.92, 0.7, 0.05, true), "a sensor without a sign: nothing else came near");
     }
 }

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed, is_only_undetermined};
 use super::nested::contains;
+use super::rivals::Rivals;
 use super::rounds::{Place, Tried};
-use super::screening::{Screened, own_share};
 use super::selection::{Search, Selection};
 use super::sets::Member;
 use crate::adequacy::{Rest, is_loud};
@@ -41,8 +41,8 @@ impl Search<'_> {
             if self.study.is_spent() {
                 selection.left_out.push("the best values of what was chosen");
             }
-            let cut_short = self.is_over() || !selection.left_out.is_empty();
-            let (judged, sets) = self.judge_laws(&selection.chosen, refitted, cut_short, &selection.screened);
+            let rivals = Rivals::of(&selection, self.is_over());
+            let (judged, sets) = self.judge_laws(&selection.chosen, refitted, &rivals);
             without = sets;
             let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());
             let weight = |tried: &Tried| tried.held_out.map_or(tried.training.z, |held_out| held_out.z);
@@ -104,8 +104,7 @@ impl Search<'_> {
         selection: &Selection,
         refitted: &Fitted,
     ) -> Option<Vec<Tried>> {
-        let cut_short = !selection.left_out.is_empty();
-        let (judged, _) = self.judge_laws(member, refitted, cut_short, &selection.screened);
+        let (judged, _) = self.judge_laws(member, refitted, &Rivals::of(selection, false));
         judged.iter().all(Tried::passes).then_some(judged)
     }
 
@@ -139,13 +138,12 @@ impl Search<'_> {
         }
     }
 
-    /// Every law of a set judged, and the sets without it, in the set's order; `cut_short`: whether time ended the search that chose it.
+    /// Every law of a set judged, and the sets without it, in the set's order; `rivals`: what is known about other laws.
     pub(super) fn judge_laws(
         &self,
         chosen: &Member,
         refitted: &Fitted,
-        cut_short: bool,
-        screened: &[Screened],
+        rivals: &Rivals<'_>,
     ) -> (Vec<Tried>, Vec<Member>) {
         let stack = self.study.stack(Role::Train);
         let known = precision(&stack, &chosen.fitted, self.study.slowest_hz, &|parameter| parameter.is_added);
@@ -153,7 +151,7 @@ impl Search<'_> {
         let (beyond_noise, rest, is_loud) = self.left_under(chosen);
         let rest_is_foreign = rest == Rest::Foreign;
         let rest = (rest != Rest::Noise).then_some(beyond_noise);
-        let cut_short = cut_short && is_loud;
+        let is_cut_short = rivals.is_cut_short && is_loud;
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
@@ -175,18 +173,18 @@ impl Search<'_> {
                 });
                 let worst =
                     strengths.filter_map(|(_, agreement)| *agreement).min_by(|a, b| a.p.total_cmp(&b.p));
-                let own_share = own_share(screened, chosen.laws[place]);
+                let rivalry = rivals.beside(&chosen.laws, chosen.laws[place]);
                 let closer = Some(Closer {
                     consistency: worst,
                     stable,
                     rest,
-                    cut_short: cut_short.then_some(own_share),
+                    cut_short: is_cut_short.then_some(rivalry),
                     rest_is_foreign,
                 });
                 // Whether a law is there hangs on noise; how large it is, on the drawing too.
                 let law = chosen.laws[place];
                 let beside = |without: &Member| {
-                    self.judged(without, chosen.clone(), law, &own, &known.by_noise, (closer, own_share))
+                    self.judged(without, chosen.clone(), law, &own, &known.by_noise, (closer, Some(rivalry)))
                 };
                 let mut tried = beside(&without);
                 // What a law hardly adds may be no more than what the fit of the others without it lacked.
@@ -266,7 +264,9 @@ impl Search<'_> {
             other.passes()
                 && !chosen.contains(&other.candidate)
                 && other.member.laws.len() == chosen.len()
-                && self.better_by(&other.member, &selection.chosen) < FAR_BEHIND * self.options.separation
+                && self.reweighted(other.member.clone()).is_none_or(|other| {
+                    self.better_by(&other, &selection.chosen) < FAR_BEHIND * self.options.separation
+                })
         });
         let suspected = others.filter(|other| !selection.has_rival(&other.member.laws));
         let suspected: Vec<Member> = suspected.map(|other| other.member.clone()).collect();

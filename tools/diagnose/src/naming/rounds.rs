@@ -7,6 +7,8 @@ use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
 use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, Trialled, gates, improvement, pulls_back};
+use super::other_refits::take_better;
+use super::rivals::Rivalry;
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
@@ -129,7 +131,12 @@ impl Search<'_> {
             return self.tried_around(base, Beside { rival: base, drawing: None, place });
         }
         if let Some(drawing) = self.better_drawing(base) {
-            return self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
+            let (screened, mut tried) =
+                self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
+            if place.is_none() {
+                take_better(&mut tried, self.gross_laws(base));
+            }
+            return (screened, tried);
         }
         let drawing = self.drawing_of_far_refit(base);
         let (screened, mut tried) =
@@ -146,6 +153,7 @@ impl Search<'_> {
             tried.extend(self.hidden_laws(base, &screened, &tried));
             tried = self.tried_around_other_refits(base, tried);
             tried.extend(self.laws_seen_as_well(base, &screened, &tried));
+            take_better(&mut tried, self.gross_laws(base));
         }
         (screened, tried)
     }
@@ -302,7 +310,7 @@ impl Search<'_> {
         let own = format!("physics.{}.", base.laws.len() + 1 + self.given_laws);
         let stack = self.study.stack(Role::Train);
         let errors = rough_standard_errors(&stack, &member.fitted, self.study.slowest_hz);
-        self.judged(base, member, candidate, &own, &errors, (None, 0.0))
+        self.judged(base, member, candidate, &own, &errors, (None, None))
     }
 
     /// The gates of the law whose parameters start with `own`, between a set without and a set with it.
@@ -313,7 +321,7 @@ impl Search<'_> {
         candidate: usize,
         own: &str,
         errors: &[f64],
-        (closer, own_share): (Option<Closer>, f64),
+        (closer, rivalry): (Option<Closer>, Option<Rivalry>),
     ) -> Tried {
         let slowest_hz = self.study.slowest_hz;
         let stack = self.study.stack(Role::Train);
@@ -358,7 +366,7 @@ impl Search<'_> {
             held_out_share: held_out.map(|_| self.held_out_share(base, &member)),
             closer,
         };
-        let unrivalled = trialled.is_unrivalled(own_share);
+        let unrivalled = trialled.is_unrivalled(rivalry, self.options);
         let mut gates = gates(&trialled, self.options);
         gates.extend(law.and_then(pulls_back));
         let mut tried = Tried { member, candidate, training, held_out, gates, parameters, unrivalled };

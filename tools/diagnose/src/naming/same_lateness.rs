@@ -81,6 +81,7 @@ mod tests {
             rivals: rivals.to_vec(),
             judged: Vec::new(),
             screened: Vec::new(),
+            first: None,
             tried: Vec::new(),
             left_out: Vec::new(),
             explained_share: None,

@@ -533,18 +533,6 @@ pub(crate) fn small_effect_on(
     None
 }
 
-/// Share of a candidate's effect that no combination of the other screened candidates makes, as far as
-/// straight lines say; nothing of one that was not screened.
-pub(crate) fn own_share(screened: &[Screened], candidate: usize) -> f64 {
-    let mut others = Orthonormal::default();
-    screened.iter().filter(|s| s.candidate != candidate).for_each(|s| others.push(s.direction.clone()));
-    screened.iter().find(|s| s.candidate == candidate).map_or(0.0, |own| {
-        let mut rest = own.direction.clone();
-        others.remove_from(&mut rest);
-        dot(&rest, &rest) / dot(&own.direction, &own.direction).max(f64::MIN_POSITIVE)
-    })
-}
-
 /// Absolute cosines between the effects of screened candidates.
 pub(crate) fn cosines(screened: &[&Screened]) -> Vec<Vec<f64>> {
     let length = |s: &Screened| dot(&s.direction, &s.direction).sqrt();
@@ -562,19 +550,6 @@ pub(crate) fn cosines(screened: &[&Screened]) -> Vec<Vec<f64>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn screened(candidate: usize, direction: &[f64]) -> Screened {
-        Screened {
-            candidate,
-            trial: Trial { amplitudes: Vec::new(), shapes: Vec::new() },
-            factor: 1.0,
-            t: 10.0,
-            hidden: 0.0,
-            explained: dot(direction, direction),
-            direction: direction.to_vec(),
-            others: Vec::new(),
-        }
-    }
 
     #[test]
     fn every_crest_of_a_wave_comes_before_the_slopes_of_the_highest() {
@@ -599,14 +574,5 @@ mod tests {
         let order: Vec<f64> = crests_first(sized.collect()).iter().map(|sized| sized.explained).collect();
         assert_eq!(order[..5], [10.0, 10.0, 7.0, 5.0, 5.0]);
         assert_eq!(order[5..], [9.0, 9.0, 8.0, 8.0, 3.0, 3.0, 2.0, 2.0, 1.0, 1.0]);
-    }
-
-    #[test]
-    fn a_law_keeps_for_its_own_what_no_others_make_together() {
-        let all =
-            [screened(3, &[2.0, 0.0, 0.0]), screened(5, &[1.0, 1.0, 0.0]), screened(9, &[0.0, 3.0, 4.0])];
-        assert!((own_share(&all, 9) - 16.0 / 25.0).abs() < 1e-12, "two others make the second component");
-        assert!(own_share(&all[..2], 3) > 0.4, "half of it is the other's");
-        assert_eq!(own_share(&all, 7), 0.0, "not screened");
     }
 }

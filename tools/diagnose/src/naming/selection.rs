@@ -13,6 +13,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
 use super::gates::{DETERMINED, fails_only};
+use super::rivals::First;
 use super::rounds::{Place, Round, RoundKey, Tried, by_fit};
 use super::screening::Screened;
 use super::sets::Member;
@@ -31,6 +32,8 @@ pub(crate) struct Selection {
     pub(crate) chosen: Member,
     /// Every candidate as the screen saw it beside the refitted model.
     pub(crate) screened: Vec<Screened>,
+    /// The law that was found first, as it was then.
+    pub(crate) first: Option<First>,
     /// Every candidate that was fitted.
     pub(crate) tried: Vec<Tried>,
     /// Sets that fit as well as the chosen one.
@@ -50,6 +53,7 @@ impl Selection {
         Self {
             chosen: Member { laws: Vec::new(), fitted: refitted.clone(), held_out },
             screened: Vec::new(),
+            first: None,
             tried: Vec::new(),
             rivals: Vec::new(),
             judged: Vec::new(),
@@ -100,6 +104,7 @@ impl Search<'_> {
         let mut chosen = Member { laws: Vec::new(), fitted: refitted.clone(), held_out };
         let mut screened_first = Vec::new();
         let mut tried_first: Vec<Tried> = Vec::new();
+        let mut first = None;
         let mut left_out = Vec::new();
         let mut reached = HashSet::new();
         if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
@@ -130,6 +135,9 @@ impl Search<'_> {
                 }
                 break;
             };
+            if let [_] = best.member.laws[..] {
+                first = First::of(&best, &tried_first, &self.floors);
+            }
             chosen = self.weighed_again(best.member);
             chosen = self.in_the_deepest_valleys(self.pruned(chosen));
             // Two laws may each make the other look superfluous, and the third that is missing makes both
@@ -150,6 +158,7 @@ impl Search<'_> {
         Selection {
             chosen,
             screened: screened_first,
+            first,
             tried: tried_first,
             rivals: Vec::new(),
             judged: Vec::new(),
@@ -281,6 +290,7 @@ mod tests {
             let selection = Selection {
                 chosen: refitted.clone(),
                 screened: Vec::new(),
+                first: None,
                 tried: Vec::new(),
                 rivals: vec![Member { laws: vec![2, 5], ..refitted }],
                 judged: Vec::new(),

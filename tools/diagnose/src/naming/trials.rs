@@ -105,6 +105,17 @@ impl Candidate {
         physics
     }
 
+    /// The same, no amplitude beyond what the law allows.
+    pub(super) fn physics_within_bounds(&self, trial: &Trial, factor: f64) -> Physics {
+        let mut physics = self.physics(trial, factor);
+        for spec in self.law.parameters() {
+            if let Some(value) = physics.parameters.get_mut(spec.name) {
+                *value = value.clamp(spec.lower, spec.upper);
+            }
+        }
+        physics
+    }
+
     /// Whether its strength is read off the readings themselves.
     pub(crate) fn is_read_off(&self) -> bool {
         self.step_stderr.is_some()

@@ -1,0 +1,172 @@
+//! Whether laws that a search did not try could do the work of one that it found.
+//!
+//! A search that time has ended has not seen what further laws beside or instead of a found one would do. Two
+//! things speak for it all the same: that others do not make its effect, as far as straight lines say, and
+//! that none of those fitted in its place came near to what it leaves.
+
+use stillbeam_identify::tall::{Orthonormal, dot};
+
+use super::rounds::Tried;
+use super::screening::Screened;
+use super::selection::{Search, Selection};
+use super::sets::Member;
+use crate::noise::NoiseFloor;
+
+/// A law leads where every other that was fitted in its place leaves at least so many times the squares.
+const LEAD: f64 = 2.0;
+
+/// What a search that may have been ended knows about other laws.
+pub(super) struct Rivals<'s> {
+    /// Whether time ended it.
+    pub(super) is_cut_short: bool,
+    screened: &'s [Screened],
+    /// The law that was found first, if it leads.
+    leader: Option<usize>,
+}
+
+/// What speaks against other laws in one law's place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Rivalry {
+    /// Share of the law's effect that all other laws together do not make, as far as straight lines say.
+    pub(crate) own_share: f64,
+    /// Whether the law stands alone and every other that was fitted in its place left far more.
+    pub(crate) leads: bool,
+}
+
+impl<'s> Rivals<'s> {
+    /// Of a selection; `is_over`: whether time has ended since.
+    pub(super) fn of(selection: &'s Selection, is_over: bool) -> Self {
+        let leader = selection.first.as_ref().and_then(|first| first.found.laws.first().copied());
+        let is_cut_short = is_over || !selection.left_out.is_empty();
+        Self { is_cut_short, screened: &selection.screened, leader }
+    }
+
+    /// Of a law in a set of laws.
+    pub(super) fn beside(&self, laws: &[usize], law: usize) -> Rivalry {
+        let leads = laws.len() == 1 && self.leader == Some(law);
+        Rivalry { own_share: own_share(self.screened, law), leads }
+    }
+}
+
+/// A law that a search found first and that leads.
+#[derive(Clone)]
+pub(crate) struct First {
+    found: Member,
+    /// The noise that the outputs were weighted by then.
+    floors: Vec<Option<NoiseFloor>>,
+}
+
+impl First {
+    /// Of those fitted in one round; `None` where it does not lead.
+    pub(super) fn of(found: &Tried, round: &[Tried], floors: &[Option<NoiseFloor>]) -> Option<Self> {
+        let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+        let mut others = round.iter().filter(|tried| tried.candidate != found.candidate).peekable();
+        let leads = others.peek().is_some() && others.all(|other| left(other) > LEAD * left(found));
+        leads.then(|| Self { found: found.member.clone(), floors: floors.to_vec() })
+    }
+}
+
+impl Search<'_> {
+    /// Back to the law that was found first and leads, as it was then, where time has ended what was looked for
+    /// on top of it and nothing passed: laws that fail may have moved the rest of the model to where it fails
+    /// too, and the weighting to noise that they made up.
+    pub(crate) fn back_to_the_first(&mut self, ended: &Selection) -> Option<Selection> {
+        let is_cut_short = Rivals::of(ended, self.is_over()).is_cut_short;
+        let First { found, floors } = ended.first.clone()?;
+        if !is_cut_short || !ended.chosen.laws.is_empty() {
+            return None;
+        }
+        self.study.weigh_by_floors(&floors);
+        (self.floors, self.weighed_again) = (floors, false);
+        self.forget_rounds();
+        Some(Selection { chosen: self.reweighted(found)?, ..ended.clone() })
+    }
+}
+
+/// Share of a candidate's effect that no combination of the other screened candidates makes, as far as
+/// straight lines say; nothing of one that was not screened.
+fn own_share(screened: &[Screened], candidate: usize) -> f64 {
+    let mut others = Orthonormal::default();
+    screened.iter().filter(|s| s.candidate != candidate).for_each(|s| others.push(s.direction.clone()));
+    screened.iter().find(|s| s.candidate == candidate).map_or(0.0, |own| {
+        let mut rest = own.direction.clone();
+        others.remove_from(&mut rest);
+        dot(&rest, &rest) / dot(&own.direction, &own.direction).max(f64::MIN_POSITIVE)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+
+    use super::super::trials::Trial;
+    use super::*;
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+
+    fn screened(candidate: usize, direction: &[f64]) -> Screened {
+        Screened {
+            candidate,
+            trial: Trial { amplitudes: Vec::new(), shapes: Vec::new() },
+            factor: 1.0,
+            t: 10.0,
+            hidden: 0.0,
+            explained: dot(direction, direction),
+            direction: direction.to_vec(),
+            others: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_law_keeps_for_its_own_what_no_others_make_together() {
+        let all =
+            [screened(3, &[2.0, 0.0, 0.0]), screened(5, &[1.0, 1.0, 0.0]), screened(9, &[0.0, 3.0, 4.0])];
+        assert!((own_share(&all, 9) - 16.0 / 25.0).abs() < 1e-12, "two others make the second component");
+        assert!(own_share(&all[..2], 3) > 0.4, "half of it is the other's");
+        assert_eq!(own_share(&all, 7), 0.0, "not screened");
+    }
+
+    /// Work on a search beside a mass whose spring hardens, and on what its first round found.
+    fn around_a_hardening_spring(work: impl FnOnce(&mut Search<'_>, Member, Vec<Tried>)) {
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4)];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let tried = search.round(&refitted).1;
+            work(search, refitted, tried);
+        });
+    }
+
+    #[test]
+    fn a_law_leads_where_all_others_left_at_least_twice_as_much() {
+        around_a_hardening_spring(|search, _, tried| {
+            let [found, other, ..] = &tried[..] else { panic!("two laws are tried") };
+            let leads = |times: f64| {
+                let mut other = other.clone();
+                other.member.fitted.sum_of_squares = times * found.member.fitted.sum_of_squares;
+                First::of(found, &[found.clone(), other], &search.floors).is_some()
+            };
+            assert!(leads(2.5) && !leads(1.5));
+            assert!(First::of(found, &[found.clone()], &search.floors).is_none(), "nothing was compared");
+        });
+    }
+
+    #[test]
+    fn a_search_that_time_ended_goes_back_to_what_it_found_first_with_the_weights_of_then() {
+        around_a_hardening_spring(|search, refitted, tried| {
+            let found = &tried[0];
+            let first = First { found: found.member.clone(), floors: search.floors.clone() };
+            let nothing = Selection::nothing(&refitted.fitted, refitted.held_out.clone());
+            let ended = |left_out: Vec<&'static str>| Selection {
+                first: Some(first.clone()),
+                left_out,
+                ..nothing.clone()
+            };
+            assert!(search.back_to_the_first(&ended(Vec::new())).is_none(), "nothing was left out");
+            search.study.weights.iter_mut().for_each(|weight| *weight *= 7.0);
+            let back = search.back_to_the_first(&ended(vec!["further laws"])).expect("time ended it");
+            assert_eq!(back.chosen.laws, found.member.laws);
+            let left = back.chosen.fitted.sum_of_squares / found.member.fitted.sum_of_squares;
+            assert!((left - 1.0).abs() < 1e-3, "{left}");
+        });
+    }
+}

@@ -17,10 +17,10 @@ use crate::state_space::StateSpace;
 pub enum Hold {
     /// A straight line to the next sample: a force that was measured.
     #[default]
-    #[serde(rename = "first")]
+    #[serde(rename = "first", alias = "first_order")]
     FirstOrder,
     /// The same until the next sample: a force that a digital controller put out.
-    #[serde(rename = "zero")]
+    #[serde(rename = "zero", alias = "zero_order")]
     ZeroOrder,
 }
 

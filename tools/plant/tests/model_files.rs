@@ -44,6 +44,22 @@ fn a_modal_file_gives_every_number_it_holds() {
 
 /// What a refit reports can be pasted into `[fixed]`.
 #[test]
+fn what_a_force_does_between_samples_has_a_long_and_a_short_name() {
+    for (short, long) in [("zero", "zero_order"), ("first", "first_order")] {
+        let read = |name: &str| {
+            let text = format!(
+                "schema = 1\nkind = \"lumped\"\nbody = [{{ name = \"m\", mass = 1.0 }}]\n\
+                 spring = [{{ between = [\"m\", \"ground\"], stiffness = 100.0 }}]\n\
+                 input = {{ column = \"force_N\", body = \"m\", hold = \"{name}\" }}\n\
+                 output = [{{ column = \"position_m\", body = \"m\", quantity = \"position\" }}]\n"
+            );
+            Model::from_toml("held.toml", &text).unwrap()
+        };
+        assert_eq!(read(short), read(long));
+    }
+}
+
+#[test]
 fn every_number_of_a_model_can_be_fixed_by_its_own_path() {
     let model = support::modal(
         vec![support::mode(1.1, 0.0074, 1.5), support::mode(6.9, 0.003, -0.8)],

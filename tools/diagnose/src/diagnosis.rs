@@ -1,5 +1,6 @@
 //! From a model and recordings to a verdict: the pipeline, readable from top to bottom.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use stillbeam_plant::{Hold, Model};
@@ -26,7 +27,7 @@ use crate::overlays::overlays;
 use crate::patience::Patience;
 use crate::quality::fits;
 use crate::result::{
-    Confusability, Diagnosis, Effect, Fits, ParameterChange, RecordRole, ResidualTests, SCHEMA_VERSION,
+    Confusability, Diagnosis, Effect, Fits, ParameterChange, RecordRole, ResidualTests, SCHEMA_VERSION, Tie,
     Verdict,
 };
 use crate::simulation::Hypothesis;
@@ -92,17 +93,51 @@ fn diagnosed(
 ) -> Result<Diagnosis, DiagnoseError> {
     let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
     say("reading the recordings", 0.0);
-    let mut study = Study { patience: Some(patience), ..Study::new(model, recordings, held_out)? };
+    let study = Study { patience: Some(patience), ..Study::new(model, recordings, held_out)? };
+    let refitted = refitted(study, model, options, &mut say)?;
+    say("trying the catalogue of physics", 0.2);
+    let catalogue = if refitted.is_exact { Vec::new() } else { catalogue(&refitted, options) };
+    let linear_tie = refitted
+        .linear
+        .as_ref()
+        .and_then(|(plain, before)| tie((plain, &before.refitted), &refitted.study, &catalogue));
+    let searched = searched(refitted, model, &catalogue, options, &mut say)?;
+    Ok(told(searched, model, &catalogue, linear_tie, options, &mut say))
+}
+
+/// The refitted model and what it leaves, before any law is looked for.
+struct Refitted {
+    study: Study,
+    compared: Compared,
+    /// Whether simulation and recordings agree to rounding.
+    is_exact: bool,
+    /// Where nothing but noise is left, no law is looked for but what the readings themselves show.
+    nothing_left: bool,
+    /// Whether a refit on all recordings was asked for, ...
+    asked_all: bool,
+    /// ... and leaves nothing but noise.
+    saw_all: bool,
+    /// The study and refit without what else a linear machine may do, where that explains everything.
+    linear: Option<(Study, Compared)>,
+}
+
+/// The model refitted within its own parameters, and where that is not enough, within what else a linear machine may
+/// do.
+fn refitted(
+    mut study: Study,
+    model: &Model,
+    options: &Options,
+    say: &mut dyn FnMut(&str, f64),
+) -> Result<Refitted, DiagnoseError> {
     say("refitting the model within its own parameters", 0.05);
     let given = Hypothesis::given(model);
     let mut compared = compare(&mut study, &given)?;
     study.draw_input_errors(&compared.refitted);
     let is_exact = study.is_exact(&compared.refitted_on_all);
-    let refit_tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
-    // Where nothing but noise is left, no law is looked for but what the readings themselves show.
-    let mut nothing_left = is_exact || is_adequate(&refit_tests, options);
+    let tests = study.adequacies(&compared.refitted_on_all, &compared.floors);
+    let mut nothing_left = is_exact || is_adequate(&tests, options);
     let mut saw_all = false;
-    let asked_all = !nothing_left && is_trained(&refit_tests, options);
+    let asked_all = !nothing_left && is_trained(&tests, options);
     if asked_all {
         say(SEEING_ALL, 0.1);
         if let Some(everywhere) = adequate_on_everything(&study, &given, &compared, options)? {
@@ -115,47 +150,55 @@ fn diagnosed(
     if !nothing_left {
         say("asking what else a linear machine may do", 0.15);
         if let Some((wider, freed)) = as_linear(&study, model, &compared, options)? {
-            let plain = (std::mem::replace(&mut study, wider), std::mem::replace(&mut compared, freed));
-            (linear, nothing_left) = (Some(plain), true);
+            linear = Some((std::mem::replace(&mut study, wider), std::mem::replace(&mut compared, freed)));
+            nothing_left = true;
         }
     }
-    say("trying the catalogue of physics", 0.2);
-    let catalogue = if is_exact { Vec::new() } else { catalogue(&study, &compared, options) };
-    let linear_tie = linear.and_then(|(plain, before)| tie((&plain, &before.refitted), &study, &catalogue));
-    let read_off: Vec<Candidate> = if nothing_left {
-        let in_steps = study.is_read_in_steps(&compared.floors, options.least_excess_share);
-        catalogue.iter().filter(|candidate| in_steps && candidate.is_read_off()).cloned().collect()
-    } else {
-        Vec::new()
-    };
-    let mut candidates = if nothing_left { &read_off } else { &catalogue };
-    let mut search = Search {
-        given_laws: model.setup().physics.len(),
-        given: model,
-        candidates,
-        options,
-        floors: compared.floors.clone(),
-        weighed_again: false,
-        rounds: std::sync::Mutex::default(),
-        held_out_starts: if model.input().is_none() {
-            compared.refitted_on_all.held_out.iter().map(|fit| fit.initial.clone()).collect()
-        } else {
-            Vec::new()
-        },
-        study: &mut study,
-    };
+    Ok(Refitted { study, compared, is_exact, nothing_left, asked_all, saw_all, linear })
+}
+
+/// What the search for laws found.
+struct Searched<'c> {
+    study: Study,
+    compared: Compared,
+    is_exact: bool,
+    selection: Selection,
+    /// What the selection's indices point into.
+    candidates: Cow<'c, [Candidate]>,
+    /// What the refit without laws leaves, and whether that is noise.
+    tests: Vec<(Role, Adequacy)>,
+    refit_adequate: bool,
+    stand_ins: StandIns,
+}
+
+/// The laws that the recordings demand beside the refitted model.
+fn searched<'c>(
+    refitted: Refitted,
+    model: &Model,
+    catalogue: &'c [Candidate],
+    options: &Options,
+    say: &mut dyn FnMut(&str, f64),
+) -> Result<Searched<'c>, DiagnoseError> {
+    let Refitted { mut study, mut compared, is_exact, nothing_left, asked_all, mut saw_all, .. } = refitted;
+    let given = Hypothesis::given(model);
+    let mut candidates = Cow::Borrowed(catalogue);
+    if nothing_left {
+        candidates.to_mut().retain(|candidate| candidate.is_read_off());
+        if !study.is_read_in_steps(&compared.floors, options.least_excess_share) {
+            candidates.to_mut().clear();
+        }
+    }
+    let mut search = search_beside(&mut study, &compared, model, &candidates, options);
     let held_out = compared.refitted_on_all.held_out.clone();
     let mut found = Selection::nothing(&compared.refitted, held_out.clone());
     if !candidates.is_empty() {
-        let searched =
-            search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
-        if !nothing_left || !searched.chosen.laws.is_empty() {
-            found = searched;
+        let run = search.run(&compared.refitted, held_out, &mut |step, done| say(step, 0.2 + 0.4 * done));
+        if !nothing_left || !run.chosen.laws.is_empty() {
+            found = run;
         }
     }
     if nothing_left && found.chosen.laws.is_empty() {
-        candidates = &catalogue;
-        search.candidates = candidates;
+        search.candidates = catalogue;
     }
     let weighed_first = compared.clone();
     if search.weighed_again {
@@ -197,6 +240,50 @@ fn diagnosed(
     } else {
         StandIns::default()
     };
+    if nothing_left && selection.chosen.laws.is_empty() {
+        candidates = Cow::Borrowed(catalogue);
+    }
+    Ok(Searched { study, compared, is_exact, selection, candidates, tests, refit_adequate, stand_ins })
+}
+
+/// A search that has not begun.
+fn search_beside<'s>(
+    study: &'s mut Study,
+    compared: &Compared,
+    model: &'s Model,
+    candidates: &'s [Candidate],
+    options: &'s Options,
+) -> Search<'s> {
+    let held_out_starts = if model.input().is_none() {
+        compared.refitted_on_all.held_out.iter().map(|fit| fit.initial.clone()).collect()
+    } else {
+        Vec::new()
+    };
+    Search {
+        given_laws: model.setup().physics.len(),
+        given: model,
+        candidates,
+        options,
+        floors: compared.floors.clone(),
+        weighed_again: false,
+        rounds: std::sync::Mutex::default(),
+        held_out_starts,
+        study,
+    }
+}
+
+/// Verdict, place, numbers and words for what was found.
+fn told(
+    searched: Searched<'_>,
+    model: &Model,
+    catalogue: &[Candidate],
+    linear_tie: Option<Tie>,
+    options: &Options,
+    say: &mut dyn FnMut(&str, f64),
+) -> Diagnosis {
+    let Searched { mut study, compared, is_exact, selection, candidates, tests, refit_adequate, stand_ins } =
+        searched;
+    let candidates = &candidates[..];
     say("testing what is left", 0.95);
     let extended = (!selection.chosen.laws.is_empty()).then(|| selection.chosen.on_all());
     let final_on_all = extended.as_ref().unwrap_or(&compared.refitted_on_all);
@@ -252,11 +339,11 @@ fn diagnosed(
     } else {
         Vec::new()
     };
-    let waiting =
-        if selection.left_out.is_empty() { Vec::new() } else { waiting(&selection, candidates, options) };
-    let found = (&effects[..], &unconfirmed[..], &waiting[..]);
+    let is_cut_short = !selection.left_out.is_empty();
+    let waiting = is_cut_short.then(|| waiting(&selection, candidates, options));
+    let found = (&effects[..], &unconfirmed[..], waiting.as_deref());
     let said = sentence(verdict, found, &fit, (rest, !selection.rivals.is_empty()));
-    Ok(Diagnosis {
+    Diagnosis {
         schema_version: SCHEMA_VERSION,
         verdict,
         sentence: match (is_adequate, is_coloured) {
@@ -306,7 +393,7 @@ fn diagnosed(
         ),
         refitted_model: compared.refitted.hypothesis.model.clone(),
         extended_model: extended.is_some().then(|| selection.chosen.fitted.hypothesis.model.clone()),
-    })
+    }
 }
 
 /// The step that looks at all recordings.
@@ -324,7 +411,8 @@ const REFITTED_ON_ALL: &str = "the training recordings alone do not determine th
      no recording is left to judge that refit on; record one more that excites everything";
 
 /// The catalogue, with trial values that fit this machine.
-fn catalogue(study: &Study, compared: &Compared, options: &Options) -> Vec<Candidate> {
+fn catalogue(refitted: &Refitted, options: &Options) -> Vec<Candidate> {
+    let Refitted { study, compared, .. } = refitted;
     let hypothesis = &compared.refitted.hypothesis;
     let starts = compared.refitted.initial_states();
     let Some(scales) = Scales::new(hypothesis, &study.train, &starts) else { return Vec::new() };
@@ -342,10 +430,11 @@ fn bounded(excess: f64) -> String {
     format!(" What is left has at most {:.1} % more power than noise.", 100.0 * excess)
 }
 
-/// The verdict in words, with the numbers of the first output that was recorded.
+/// The verdict in words, with the numbers of the first output that was recorded; `waiting`: the laws that a search
+/// which its limit ended did not try to the end.
 fn sentence(
     verdict: Verdict,
-    (effects, unconfirmed, waiting): (&[Effect], &[String], &[String]),
+    (effects, unconfirmed, waiting): (&[Effect], &[String], Option<&[String]>),
     fit: &Fits,
     (rest, is_tied): (Rest, bool),
 ) -> String {
@@ -381,10 +470,14 @@ fn sentence(
              nor contradict it. {numbers}",
             unconfirmed.join(" or ")
         ),
-        Verdict::Unexplained if !waiting.is_empty() => format!(
-            "Something is missing, and the search was ended before it was done: {} showed and were not tried to the end. {numbers}",
-            waiting.join(", ")
-        ),
+        Verdict::Unexplained if let Some(waiting) = waiting => {
+            let showed = if waiting.is_empty() {
+                String::new()
+            } else {
+                format!(": {} showed and were not tried to the end", waiting.join(", "))
+            };
+            format!("Something is missing, and the search was ended before it was done{showed}. {numbers}")
+        }
         Verdict::Unexplained => {
             format!("Something is missing that no law of the catalogue explains. {numbers}")
         }
@@ -453,7 +546,7 @@ mod tests {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
         let said = |verdict: Verdict, unconfirmed: &[&str]| {
             let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
-            sentence(verdict, (&[], &unconfirmed, &[]), &fit, (Rest::Structured, false))
+            sentence(verdict, (&[], &unconfirmed, None), &fit, (Rest::Structured, false))
         };
         let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
         assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");
@@ -464,19 +557,22 @@ mod tests {
     #[test]
     fn a_search_that_a_limit_ended_does_not_say_that_no_law_explains() {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
-        let waiting = ["saturation at drive".to_owned()];
-        let said = sentence(Verdict::Unexplained, (&[], &[], &waiting), &fit, (Rest::Structured, false));
-        assert!(said.contains("saturation at drive") && !said.contains("no law"), "{said}");
+        for waiting in [&["saturation at drive".to_owned()][..], &[]] {
+            let found = (&[][..], &[][..], Some(waiting));
+            let said = sentence(Verdict::Unexplained, found, &fit, (Rest::Structured, false));
+            assert!(said.contains("ended before it was done") && !said.contains("no law"), "{said}");
+            assert_eq!(said.contains("saturation at drive"), !waiting.is_empty(), "{said}");
+        }
     }
 
     #[test]
     fn what_remains_is_said_to_be_the_machines_own_or_not() {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
-        let said = |rest: Rest| sentence(Verdict::Improved, (&[], &[], &[]), &fit, (rest, false));
+        let said = |rest: Rest| sentence(Verdict::Improved, (&[], &[], None), &fit, (rest, false));
         assert!(said(Rest::Foreign).contains("does not go with the motion"));
         assert!(said(Rest::Structured).contains("A structured rest remains"));
         assert!(!said(Rest::Noise).contains("remain"), "time ended the search, and nothing is left");
-        let tied = sentence(Verdict::Improved, (&[], &[], &[]), &fit, (Rest::Structured, true));
+        let tied = sentence(Verdict::Improved, (&[], &[], None), &fit, (Rest::Structured, true));
         assert!(tied.contains("A structured rest remains. Other laws would take as much away"), "{tied}");
     }
 }

@@ -109,7 +109,7 @@ pub(crate) fn quantity_of(
 }
 
 /// The unit at the end of a column's name.
-fn unit_of(column: &str) -> String {
+pub(crate) fn unit_of(column: &str) -> String {
     let column = Column { name: column.to_owned(), samples: Vec::new() };
     column.unit().to_owned()
 }

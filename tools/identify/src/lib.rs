@@ -76,6 +76,7 @@ mod sound_part;
 mod spectra;
 mod spectral;
 mod step;
+mod strongest;
 pub mod tall;
 mod time_shifts;
 mod time_stamps;
@@ -111,6 +112,7 @@ pub use result::{
     NoiseModel, RealPole, RecordFit, Rejected, SCHEMA_VERSION, ShapePart, UncertaintyBox,
 };
 pub use spectral::{SpectralOptions, identify_spectra};
+pub use strongest::{loudest_line_hz, strongest_column};
 pub use unrecorded_sweep::{
     FoundSweep, SWEEP_COLUMN, SweepPace, SweepPlan, SweepPlanError, SweepShape, find_sweep,
 };

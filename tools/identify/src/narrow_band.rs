@@ -48,9 +48,21 @@ impl WholeSpectrum {
 
     /// Frequency of the largest bin above zero. No window: one would hide a decay that is over at once.
     pub(crate) fn strongest_hz(&self) -> Option<f64> {
+        self.loudest_above_hz(0.0)
+    }
+
+    /// Frequency of the largest bin above a frequency.
+    pub(crate) fn loudest_above_hz(&self, lowest_hz: f64) -> Option<f64> {
         let power = |k: &usize| self.bins[*k].norm_sqr();
-        let strongest = (1..self.bins.len() / 2).max_by(|a, b| power(a).total_cmp(&power(b)))?;
+        let lowest = ((lowest_hz / self.bin_hz()).ceil() as usize).max(1);
+        let strongest = (lowest..self.bins.len() / 2).max_by(|a, b| power(a).total_cmp(&power(b)))?;
         Some(strongest as f64 * self.bin_hz())
+    }
+
+    /// Variance per sample of white noise that would have the density found at a frequency.
+    pub(crate) fn variance_at(&self, frequency_hz: f64) -> f64 {
+        let bin = ((frequency_hz / self.bin_hz()).round() as usize).min(self.bins.len() / 2);
+        self.bins[bin].norm_sqr() / self.samples.max(1) as f64
     }
 
     /// Variance per sample of white noise that would have the density found around a frequency: the median of the bins,

@@ -6,8 +6,8 @@ use clap::{Args, ValueEnum};
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedMode, IdentifiedModes, InputKind, OutputOnlyOptions,
     OutputQuantity, RecordKind, SWEEP_COLUMN, SpectralOptions, SweepPlan, identify_forced,
-    identify_forced_together, identify_free_decay, identify_output_only, identify_spectra, recognise,
-    usual_max_delay_s,
+    identify_forced_together, identify_free_decay, identify_output_only, identify_spectra, possible_inputs,
+    recognise, usual_max_delay_s,
 };
 use stillbeam_plant::{BASE_POSITION, SETPOINT};
 use stillbeam_recording::{ImportedSpectra, Measurement, Recording};
@@ -44,7 +44,7 @@ pub struct IdentifyArgs {
     /// The column that drives the structure; without it, the record itself says what it is
     #[arg(long, value_name = "COLUMN")]
     input: Option<String>,
-    /// The column that responds; by default the tip's, or the only one there is. Without an input several,
+    /// The column that responds; by default the tip's, else the strongest. Without an input several,
     /// with commas between, which give shapes
     #[arg(long, value_name = "COLUMN")]
     output: Option<String>,
@@ -232,7 +232,7 @@ impl IdentifyArgs {
     }
 
     fn forced_options(&self, input: &str, recording: &Recording) -> Result<ForcedOptions, CliError> {
-        let output = output_column(recording, Some(input), self.output.as_deref())?;
+        let output = output_column(recording, Some(input), self.output.as_deref())?.name;
         Ok(ForcedOptions {
             modes: self.modes,
             input_kind: self.input_kind.map(InputKind::from),
@@ -275,8 +275,9 @@ impl IdentifyArgs {
         streams: &mut Streams<'_>,
     ) -> Result<IdentifiedModes, CliError> {
         let asked = self.output.as_deref().map(|asked| asked.split(',').next().unwrap_or(asked));
-        let output = output_column(recording, input, asked)?;
-        let chosen = if self.output.is_none() { " (chosen; --output names another)" } else { "" };
+        let choice = output_column(recording, input, asked)?;
+        let output = choice.name.clone();
+        let chosen = if self.output.is_none() { choice.chosen() } else { String::new() };
         let recognised = match input {
             Some(_) => None,
             None => Some(recognise(recording, &output)?),
@@ -292,6 +293,12 @@ impl IdentifyArgs {
                 streams.say(
                     "It is random, so that outputs alone are read: modes from their covariances, which nothing but the structure shapes if the excitation has no lines of its own.",
                 );
+                // A record of what drives it is worth more than any assumption about it.
+                for driven in possible_inputs(recording, &output) {
+                    streams.say(&format!(
+                        "If {driven} is what drives it, `--input {driven}` gives far more certain modes."
+                    ));
+                }
                 identify_output_only(recording, &self.output_only_options(recording, output)?)?
             }
             None => identify_free_decay(
@@ -305,6 +312,9 @@ impl IdentifyArgs {
                 },
             )?,
         };
+        for other in choice.unexplained(recording, &identified) {
+            streams.say(&other);
+        }
         Ok(identified)
     }
 }

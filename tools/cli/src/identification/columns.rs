@@ -1,48 +1,98 @@
 //! Which column is the output when nobody said.
 
-use stillbeam_identify::possible_inputs;
+use stillbeam_identify::{IdentifiedModes, loudest_line_hz, possible_inputs, strongest_column};
 use stillbeam_plant::{TIP_DEFLECTION, TIP_POSITION};
 use stillbeam_recording::Recording;
 
 use crate::board_recording::is_of_the_board;
 use crate::error::CliError;
 
-/// The output column: the one asked for, else the tip's, else the only one that is neither the time nor the input nor the
+/// The output column, and which others it was chosen from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Output {
+    /// The column.
+    pub name: String,
+    /// Columns that might have been meant as well.
+    pub others: Vec<String>,
+}
+
+impl Output {
+    fn only(name: &str) -> Self {
+        Self { name: name.to_owned(), others: Vec::new() }
+    }
+
+    /// How the column came to be taken, where nobody named it.
+    pub fn chosen(&self) -> String {
+        match self.others.as_slice() {
+            [] => " (chosen; --output names another)".to_owned(),
+            others => format!(" (the strongest; --output names another: {})", others.join(", ")),
+        }
+    }
+
+    /// The columns that are loudest where no mode was found, with that frequency: what one axis shows another may not.
+    pub fn unexplained(&self, recording: &Recording, found: &IdentifiedModes) -> Vec<String> {
+        let known = found.modes.iter().map(|mode| mode.frequency_hz.value).collect::<Vec<_>>();
+        let of_its_own = |name: &&String| {
+            let hz = loudest_line_hz(recording, name)?;
+            let is_new = known.iter().all(|mode_hz| (hz / mode_hz - 1.0).abs() > SAME_LINE);
+            is_new.then(|| {
+                format!(
+                    "{name} is loudest at {hz:.2} Hz, which is none of these modes: --output {name} reads it"
+                )
+            })
+        };
+        self.others.iter().filter_map(|name| of_its_own(&name)).collect()
+    }
+}
+
+/// Share of its frequency within which a line is a mode's.
+const SAME_LINE: f64 = 0.05;
+
+/// The output column: the one asked for, else the tip's, else the strongest one that is neither the time nor the input nor the
 /// state or a general input of the board.
 ///
 /// # Errors
-/// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there are several to choose from.
+/// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there is none to choose, or several
+/// and none vibrates.
 pub fn output_column(
     recording: &Recording,
     input: Option<&str>,
     asked: Option<&str>,
-) -> Result<String, CliError> {
+) -> Result<Output, CliError> {
     for column in input.into_iter().chain(asked) {
         recording.column(column)?;
     }
     if let Some(asked) = asked {
-        return Ok(asked.to_owned());
+        return Ok(Output::only(asked));
     }
     let names: Vec<&str> = recording.columns.iter().map(|column| column.name.as_str()).collect();
     let candidates: Vec<&str> =
         names.into_iter().filter(|name| Some(*name) != input && !is_of_the_board(name)).collect();
     for tip in [TIP_DEFLECTION, TIP_POSITION] {
         if candidates.contains(&tip) {
-            return Ok(tip.to_owned());
+            return Ok(Output::only(tip));
         }
     }
     // Without an input, what drives the structure is in the way: a setpoint is no response.
     let drives = if input.is_none() { possible_inputs(recording, "") } else { Vec::new() };
     let responds: Vec<&str> = candidates.iter().copied().filter(|name| !drives.contains(name)).collect();
     let candidates = if responds.is_empty() { candidates } else { responds };
-    match candidates.as_slice() {
-        [only] => Ok((*only).to_owned()),
-        [] => Err(CliError::Usage(format!(
+    match (candidates.as_slice(), strongest_column(recording, &candidates)) {
+        ([only], _) => Ok(Output::only(only)),
+        ([], _) => Err(CliError::Usage(format!(
             "{}: there is no column besides the time and the input; record the response too",
             recording.name
         ))),
-        several => Err(CliError::Usage(format!(
-            "{}: the output could be any of {}; name one with --output",
+        (several, Some(strongest)) => Ok(Output {
+            name: strongest.to_owned(),
+            others: several
+                .iter()
+                .filter(|name| **name != strongest)
+                .map(|name| (*name).to_owned())
+                .collect(),
+        }),
+        (several, None) => Err(CliError::Usage(format!(
+            "{}: none of the columns {} vibrates; name the output with --output",
             recording.name,
             several.join(", ")
         ))),

@@ -194,7 +194,7 @@ pub(crate) fn remedy(recording: &Recording, output: &str, found: &Recognised) ->
 }
 
 /// A signal less the straight line through it.
-fn without_trend(signal: &[f64]) -> Vec<f64> {
+pub(crate) fn without_trend(signal: &[f64]) -> Vec<f64> {
     let count = signal.len().max(1) as f64;
     let middle = 0.5 * (count - 1.0);
     let mean = signal.iter().sum::<f64>() / count;

@@ -121,7 +121,8 @@ pub enum Problem {
     /// A time stamp that is not later than the one before.
     #[error(
         "row {row}, column `time_s`: {time_s} s does not come after {previous_s} s in the row before; \
-         sort the rows, remove repeated ones, and record stamps finely enough to tell samples apart"
+         sort the rows, remove repeated ones, and record stamps finely enough to tell samples apart; where the \
+         clock was set and the samples are even, --sample-rate HZ does without stamps"
     )]
     TimeNotIncreasing {
         /// Line of the file.

@@ -15,7 +15,7 @@ pub(crate) struct Heading {
 }
 
 /// Headers of a column of time stamps, without their unit, in small letters and without signs.
-const TIMES: [&str; 24] = [
+const TIMES: [&str; 28] = [
     "time",
     "t",
     "zeit",
@@ -40,6 +40,10 @@ const TIMES: [&str; 24] = [
     "unixtime",
     "timeofday",
     "host_time",
+    "datenum",
+    "serialdate",
+    "zeitpunkt",
+    "ts",
 ];
 /// Headers of a column of frequencies.
 const FREQUENCIES: [&str; 6] = ["freq", "frequency", "frequenz", "freqs", "frequencies", "frequence"];
@@ -67,6 +71,22 @@ impl Heading {
         }
         let source = if text.is_empty() { position.to_string() } else { text.to_owned() };
         Self { source, quantity, unit }
+    }
+
+    /// The header of the values of one word, in a table that has all words in one column.
+    pub(crate) fn of_word(heading: &Self, word: &str, position: usize) -> Self {
+        let of_word = Self::parse(word, position, None);
+        // `acc_x [g]` as a word states more than the `value` above it.
+        let quantity = match (&of_word.unit, heading.quantity.as_str()) {
+            (Some(_), _) | (_, "value" | "Value" | "_value") => of_word.quantity,
+            (None, quantity) => format!("{quantity}_{}", slug(word)),
+        };
+        Self { source: word.to_owned(), quantity, unit: of_word.unit.or_else(|| heading.unit.clone()) }
+    }
+
+    /// A header as part of a column's name where nothing of it is a unit.
+    pub(crate) fn whole(text: &str) -> String {
+        slug(text)
     }
 
     /// The column's name: quantity and unit.
@@ -97,10 +117,12 @@ impl Heading {
 
     /// Whether it counts the samples by its name.
     pub(crate) fn is_counter(&self) -> bool {
-        let word: String = self.quantity.chars().filter(|c| *c != '_').collect::<String>().to_lowercase();
+        let plain = |text: &str| text.chars().filter(|c| *c != '_').collect::<String>().to_lowercase();
+        let (word, last) = (plain(&self.quantity), plain(self.quantity.rsplit('_').next().unwrap_or("")));
         self.unit.is_none()
             && (self.source == "#"
                 || COUNTERS.contains(&word.as_str())
+                || COUNTERS.contains(&last.as_str())
                 || self.source.parse::<usize>().is_ok())
     }
 
@@ -111,6 +133,30 @@ impl Heading {
             || self.quantity == source
             || self.name().as_deref() == Some(source)
     }
+}
+
+/// Takes back units that are letters of an enumeration: of `Channel A` and `Channel B` neither is in amperes.
+pub(crate) fn without_letters(headings: &mut [Heading]) {
+    let letters: Vec<Option<(String, char)>> =
+        headings.iter().map(|heading| letter(&heading.source)).collect();
+    for (heading, own) in headings.iter_mut().zip(&letters) {
+        let Some((stem, letter)) = own else { continue };
+        let mut siblings =
+            letters.iter().flatten().filter(|(other, _)| other == stem).map(|(_, letter)| letter);
+        let is_enumeration = siblings.any(|other| other != letter && known(&other.to_string()).is_none());
+        let stated = heading.unit.as_ref().is_some_and(|unit| *unit != letter.to_string());
+        if is_enumeration {
+            heading.quantity = slug(&heading.source);
+            heading.unit = heading.unit.take().filter(|_| stated);
+        }
+    }
+}
+
+/// What stands before a capital letter at the end of a header, and that letter.
+fn letter(source: &str) -> Option<(String, char)> {
+    let last = source.chars().next_back().filter(char::is_ascii_uppercase)?;
+    let stem = source.strip_suffix(last)?;
+    stem.ends_with([' ', '_']).then(|| (stem.to_owned(), last))
 }
 
 /// Splits a header into quantity and unit, in the ways in which people write it.

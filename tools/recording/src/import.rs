@@ -8,7 +8,7 @@ use crate::format::Format;
 use crate::options::{ReadOptions, TimeBase};
 use crate::recording::Recording;
 use crate::spectrum::ImportedSpectra;
-use crate::{json_reader, klipper, lvm, mat, npy, octave, side_file, table, uff, wav};
+use crate::{gzip, json_reader, klipper, lvm, mat, npy, octave, side_file, table, uff, wav};
 
 /// Files beyond this size are refused rather than taken into memory, bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -94,8 +94,14 @@ pub fn parse_measurement(
 ) -> Result<Measurement, RecordingError> {
     let name = name.into();
     let failed = |problem| RecordingError::new(name.clone(), problem);
+    let unpacked = gzip::unpacked(bytes).map_err(failed)?;
+    let (bytes, packed) = match &unpacked {
+        Some((contents, said)) => (contents.as_slice(), Some((*said).to_owned())),
+        None => (bytes, None),
+    };
     let format = options.format.map_or_else(|| Format::detect(bytes), Ok).map_err(failed)?;
     let Content { signals, mut remarks } = content(bytes, format, options).map_err(failed)?;
+    remarks.splice(0..0, packed);
     let (time_s, columns) = match signals {
         Signals::OverTime(time_s, columns) => (time_s, columns),
         Signals::Spectra(spectra) => {

@@ -6,14 +6,15 @@ use crate::content::Content;
 use crate::error::Problem;
 use crate::options::ReadOptions;
 use crate::recording::shorten;
-use crate::table::{Heading, Table, assemble, decode};
+use crate::table::{Heading, Table, assemble, decode, interval_of, seconds_after};
 
-/// Reads an object whose members are arrays of numbers, or an array of objects with numbers as members.
+/// Reads an object whose members are arrays of numbers, an array of objects with numbers as members, or such objects one
+/// behind the other (JSON lines).
 pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Problem> {
     let (text, _) = decode(bytes);
-    let document: Value = serde_json::from_str(&text)
-        .map_err(|error| Problem::Json { line: error.line(), reason: error.to_string() })?;
-    let mut columns: Vec<(String, Vec<f64>)> = Vec::new();
+    let mut remarks = Vec::new();
+    let document = document(&text, &mut remarks)?;
+    let mut columns: Vec<Signal> = Vec::new();
     let mut interval_s = None;
     match &document {
         Value::Array(records) => from_records(records, &mut columns),
@@ -25,29 +26,56 @@ pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Prob
                 Value::Array(records) => from_records(records, &mut columns),
                 _ => {}
             }
-            let number = |key: &str| members.get(key).and_then(Value::as_f64).filter(|n| *n > 0.0);
-            let rate = ["rate_hz", "sample_rate", "sample_rate_hz", "fs"].into_iter().find_map(number);
-            interval_s = number("interval_s").or_else(|| rate.map(f64::recip));
+            interval_s = members.iter().find_map(|(name, value)| interval_of(name, value.as_f64()?));
         }
         _ => {}
     }
-    let longest = columns.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+    let longest = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
     let (kept, other): (Vec<_>, Vec<_>) =
-        columns.into_iter().partition(|(_, values)| values.len() == longest);
+        columns.into_iter().partition(|column| column.values.len() == longest);
     if kept.is_empty() || longest == 0 {
         return Err(Problem::JsonWithoutSignals);
     }
-    let mut table =
-        Table { has_header: true, interval_s, clocks: vec![false; kept.len()], ..Table::default() };
-    for (position, (name, values)) in (1..).zip(kept) {
-        table.headings.push(Heading::parse(&name, position, None));
-        table.columns.push(values);
+    let mut table = Table { has_header: true, interval_s, remarks, ..Table::default() };
+    for (position, signal) in (1..).zip(kept) {
+        table.headings.push(Heading::parse(&signal.name, position, None));
+        table.clocks.push(signal.is_clock);
+        table.columns.push(signal.values);
     }
     if !other.is_empty() {
-        let names: Vec<String> = other.iter().map(|(name, _)| format!("`{}`", shorten(name))).collect();
+        let names: Vec<String> = other.iter().map(|signal| format!("`{}`", shorten(&signal.name))).collect();
         table.remarks.push(format!("left out, of another length: {}", crate::error::some(&names)));
     }
     assemble(table, options)
+}
+
+/// One array of numbers, or of dates as seconds after the first.
+struct Signal {
+    name: String,
+    values: Vec<f64>,
+    is_clock: bool,
+}
+
+/// The whole text as one value; of several objects one behind the other an array.
+fn document(text: &str, remarks: &mut Vec<String>) -> Result<Value, Problem> {
+    let failed = |error: &serde_json::Error| Problem::Json { line: error.line(), reason: error.to_string() };
+    let whole = match serde_json::from_str(text) {
+        Ok(document) => return Ok(document),
+        Err(error) => failed(&error),
+    };
+    let mut records = Vec::new();
+    for record in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
+        match record {
+            Ok(record) => records.push(record),
+            // A logger that was switched off leaves its last line unfinished.
+            Err(error) if error.is_eof() && records.len() > 1 => {
+                remarks.push("the last line is cut and was left out".to_owned())
+            }
+            Err(error) if records.len() > 1 => return Err(failed(&error)),
+            Err(_) => return Err(whole),
+        }
+    }
+    Ok(Value::Array(records))
 }
 
 fn number(value: &Value) -> Option<f64> {
@@ -59,19 +87,46 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
-fn from_members(members: &Map<String, Value>, columns: &mut Vec<(String, Vec<f64>)>) {
+fn from_members(members: &Map<String, Value>, columns: &mut Vec<Signal>) {
     for (name, member) in members {
         let Value::Array(values) = member else { continue };
-        let numbers: Option<Vec<f64>> = values.iter().map(number).collect();
-        columns.extend(numbers.filter(|numbers| !numbers.is_empty()).map(|numbers| (name.clone(), numbers)));
+        columns.extend(signal(name.clone(), values));
     }
 }
 
-fn from_records(records: &[Value], columns: &mut Vec<(String, Vec<f64>)>) {
+/// Numbers, or dates; `None` for anything else.
+fn signal(name: String, values: &[Value]) -> Option<Signal> {
+    let numbers: Option<Vec<f64>> = values.iter().map(number).collect();
+    if let Some(values) = numbers.filter(|numbers| !numbers.is_empty()) {
+        return Some(Signal { name, values, is_clock: false });
+    }
+    let texts: Option<Vec<&str>> = values.iter().map(Value::as_str).collect();
+    let values = seconds_after(texts?.into_iter())?;
+    Some(Signal { name, values, is_clock: true })
+}
+
+/// A signal of every member of the records; of members that are objects or arrays themselves (`"acc": {"x": 1, "y": 2}`) a
+/// signal of each of theirs.
+fn from_records(records: &[Value], columns: &mut Vec<Signal>) {
     let Some(Value::Object(first)) = records.first() else { return };
-    for name in first.keys() {
-        let values = records.iter().map(|record| number(record.get(name).unwrap_or(&Value::Null)));
-        let numbers: Option<Vec<f64>> = values.collect();
-        columns.extend(numbers.map(|numbers| (name.clone(), numbers)));
+    let all = |pointer: &str| -> Vec<Value> {
+        records.iter().map(|record| record.pointer(pointer).cloned().unwrap_or(Value::Null)).collect()
+    };
+    let escaped = |key: &str| key.replace('~', "~0").replace('/', "~1");
+    for (name, member) in first {
+        let at = format!("/{}", escaped(name));
+        let inner: Vec<String> = match member {
+            Value::Object(members) => members.keys().cloned().collect(),
+            Value::Array(values) => (0..values.len()).map(|place| place.to_string()).collect(),
+            _ => {
+                columns.extend(signal(name.clone(), &all(&at)));
+                continue;
+            }
+        };
+        columns.extend(
+            inner
+                .iter()
+                .filter_map(|key| signal(format!("{name}_{key}"), &all(&format!("{at}/{}", escaped(key))))),
+        );
     }
 }

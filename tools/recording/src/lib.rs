@@ -28,6 +28,7 @@ mod error;
 mod export;
 mod format;
 mod grid;
+mod gzip;
 mod heading;
 mod import;
 mod json_reader;

@@ -1,7 +1,7 @@
 //! Units as people and programs write them, and as column names end in them.
 
 /// Words and abbreviations that are not spelled as column names have it; compared without regard to case.
-const WORDS: [(&str, &str); 52] = [
+const WORDS: [(&str, &str); 59] = [
     ("sec", "s"),
     ("secs", "s"),
     ("second", "s"),
@@ -19,6 +19,13 @@ const WORDS: [(&str, &str); 52] = [
     ("nanos", "ns"),
     ("nanosecond", "ns"),
     ("nanoseconds", "ns"),
+    ("msecs", "ms"),
+    ("millisec", "ms"),
+    ("usecs", "us"),
+    ("microsec", "us"),
+    ("nsecs", "ns"),
+    ("nanosec", "ns"),
+    ("nanosecs", "ns"),
     ("minute", "min"),
     ("minutes", "min"),
     ("mins", "min"),

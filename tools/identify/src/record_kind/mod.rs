@@ -170,7 +170,12 @@ const DRIVES: [&str; 12] = [
 /// Columns that may be the input, by their names, in the order of the file.
 pub fn possible_inputs<'r>(recording: &'r Recording, output: &str) -> Vec<&'r str> {
     let names = recording.columns.iter().map(|column| column.name.as_str());
-    let drives = |name: &str| DRIVES.iter().any(|part| name.to_lowercase().contains(part));
+    // "G force" is an acceleration.
+    let is_g_force = |name: &str| ["g_force", "gforce"].iter().any(|word| name.contains(word));
+    let drives = |name: &str| {
+        let name = name.to_lowercase();
+        !is_g_force(&name) && DRIVES.iter().any(|part| name.contains(part))
+    };
     let base = |name: &str| name.to_lowercase().contains("base");
     names.filter(|name| *name != output && (drives(name) || base(name))).collect()
 }

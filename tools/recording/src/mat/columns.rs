@@ -6,7 +6,10 @@ use crate::channels::{Channel, select};
 use crate::column_name::{TIME_COLUMN, unit_of};
 use crate::csv_reader::Parsed;
 use crate::error::Problem;
+use crate::heading::Heading;
 use crate::options::{ColumnChoice, ReadOptions, TimeBase};
+use crate::table::{interval_of, name_all};
+use crate::unit_label::seconds;
 
 /// Scalars that stand for the time, by convention.
 const INTERVAL: &str = "interval_s";
@@ -27,6 +30,9 @@ pub(super) fn parsed(variables: &[Variable], options: &ReadOptions) -> Result<Pa
             remarks.push(format!("left out, no signal of {count} values: {}", named(variable)));
         }
         channels.extend(found);
+    }
+    if options.columns.is_empty() {
+        name_all(&mut channels, &mut remarks);
     }
     let (columns, more) = select(channels, &options.columns)?;
     remarks.extend(more);
@@ -80,7 +86,14 @@ fn time(variables: &[Variable], asked: Option<&TimeBase>) -> Result<Time, MatPro
             Some(variable) => Some(variable),
             None => return Err(MatProblem::NoTime { present: present() }),
         },
-        None => find(TIME_COLUMN),
+        None => find(TIME_COLUMN).or_else(|| variables.iter().find(|variable| is_time(variable))),
+    };
+    let scale = match (asked, stamps) {
+        (None, Some(variable)) => {
+            let unit = Heading::parse(last(&variable.name), 1, None).unit;
+            unit.as_deref().and_then(seconds).unwrap_or(scale)
+        }
+        _ => scale,
     };
     if let Some(variable) = stamps {
         return match &variable.value {
@@ -103,7 +116,25 @@ fn time(variables: &[Variable], asked: Option<&TimeBase>) -> Result<Time, MatPro
             };
         }
     }
-    Err(MatProblem::NoTime { present: present() })
+    // Other people's names of a rate or an interval.
+    let stated = variables.iter().find_map(|variable| match &variable.value {
+        Value::Matrix { numbers, .. } => match numbers.as_slice() {
+            [number] => Some((variable, interval_of(last(&variable.name), *number)?)),
+            _ => None,
+        },
+        _ => None,
+    });
+    match stated {
+        Some((variable, interval_s)) => Ok(Time::Interval { name: variable.name.clone(), interval_s }),
+        None => Err(MatProblem::NoTime { present: present() }),
+    }
+}
+
+/// Whether a variable is a vector that is called as times are.
+fn is_time(variable: &Variable) -> bool {
+    let is_vector = matches!(&variable.value, Value::Matrix { rows, columns, numbers }
+        if *rows.min(columns) == 1 && numbers.len() > 1);
+    is_vector && Heading::parse(last(&variable.name), 1, None).is_time(0)
 }
 
 /// Samples per signal where no time vector says so: the longer side of the first variable that is taken.
@@ -115,11 +146,13 @@ fn count(variables: &[Variable], choices: &[ColumnChoice]) -> usize {
             variable.name == source || variable.name == choice.source
         }
     };
-    let sides = variables.iter().filter(is_taken).filter_map(|variable| match &variable.value {
+    let side = |variable: &Variable| match &variable.value {
         Value::Matrix { rows, columns, .. } if rows * columns > 1 => Some(*rows.max(columns)),
         _ => None,
-    });
-    sides.into_iter().next().unwrap_or(0)
+    };
+    let taken = variables.iter().filter(is_taken).filter_map(side).next();
+    // Where no variable states a unit the longest ones are the signals.
+    taken.or_else(|| variables.iter().filter_map(side).max()).unwrap_or(0)
 }
 
 /// One channel per signal of a variable that has `count` samples along one side.

@@ -1,7 +1,8 @@
 //! From the columns of a table to a recording: which is the time, what the others are called.
 
-use super::spectrum;
+use super::labels::Labels;
 use super::stamps::{self, TimeColumn};
+use super::{counters, long, spectrum, split_seconds};
 use crate::channels::{Channel, select};
 use crate::column_name::unit_of;
 use crate::content::{Content, Signals};
@@ -9,6 +10,7 @@ use crate::error::Problem;
 use crate::heading::Heading;
 use crate::options::{ColumnChoice, ReadOptions, TimeBase};
 use crate::recording::{Column, MIN_SAMPLES, TIME_COLUMN, shorten};
+use crate::unit_label::known;
 
 /// The unit of columns that state none.
 const NO_UNIT: &str = "raw";
@@ -21,6 +23,8 @@ pub(crate) struct Table {
     pub(crate) columns: Vec<Vec<f64>>,
     /// Which columns hold dates or times of day, as seconds after their first.
     pub(crate) clocks: Vec<bool>,
+    /// Words of the columns of text.
+    pub(crate) labels: Vec<Labels>,
     /// The line of every row, where the table came from lines.
     pub(crate) lines: Vec<u32>,
     /// Whether the names are those of a header.
@@ -53,7 +57,7 @@ impl Table {
         self.columns.iter().map(Vec::len).max().unwrap_or(0)
     }
 
-    fn is_empty_column(&self, at: usize) -> bool {
+    pub(super) fn is_empty_column(&self, at: usize) -> bool {
         self.columns.get(at).is_none_or(Vec::is_empty)
     }
 }
@@ -72,10 +76,18 @@ pub(crate) fn assemble(mut table: Table, options: &ReadOptions) -> Result<Conten
             return Err(table.missing(&choice.source));
         }
     }
-    let time = time(&table, options)?;
+    let mut found = time(&table, options)?;
+    if let Time::Columns(column) = &found {
+        long::widen(&mut table, column.at);
+        found = time(&table, options)?;
+    }
+    if let Time::Columns(column) = &found {
+        counters::drop_repeated_rows(&mut table, column.at);
+    }
     let mut remarks = std::mem::take(&mut table.remarks);
     let mut taken = Vec::new();
-    let time_s = match time {
+    let count = table.len();
+    let time_s = match found {
         Time::Columns(column) => {
             taken = column.used();
             stamps::seconds(&table, &column, &mut remarks)?
@@ -98,6 +110,7 @@ fn time(table: &Table, options: &ReadOptions) -> Result<Time, Problem> {
                 at,
                 scale: *scale,
                 after: stamps::time_of_day_after(table, at),
+                fraction: None,
             }));
         }
         None => {}
@@ -110,12 +123,17 @@ fn time(table: &Table, options: &ReadOptions) -> Result<Time, Problem> {
     let exact =
         all.clone().find(|at| table.headings.get(*at).is_some_and(|heading| heading.source == TIME_COLUMN));
     let clock = |at: &usize| table.clocks.get(*at) == Some(&true);
-    let found = exact.or_else(|| all.clone().find(named)).or_else(|| all.clone().find(clock));
+    let pair = split_seconds::find(table);
+    let found = exact
+        .or_else(|| all.clone().find(named))
+        .or_else(|| all.clone().find(clock))
+        .or(pair.map(|pair| pair.whole));
     if let Some(at) = found {
         return Ok(Time::Columns(TimeColumn {
             at,
             scale: None,
             after: stamps::time_of_day_after(table, at),
+            fraction: pair.filter(|pair| pair.whole == at || pair.fraction == at),
         }));
     }
     if let Some(interval_s) = table.interval_s {
@@ -125,7 +143,7 @@ fn time(table: &Table, options: &ReadOptions) -> Result<Time, Problem> {
     let several = table.columns.iter().filter(|column| !column.is_empty()).count() > 1;
     match table.columns.first() {
         Some(first) if !table.has_header && several && increases(first) && !counts(first) => {
-            Ok(Time::Columns(TimeColumn { at: 0, scale: None, after: None }))
+            Ok(Time::Columns(TimeColumn { at: 0, scale: None, after: None, fraction: None }))
         }
         _ => Err(Problem::NoTimeColumn {
             present: table.headings.iter().map(|heading| format!("`{}`", shorten(&heading.source))).collect(),
@@ -152,6 +170,8 @@ fn columns(
             ColumnChoice { source, ..choice.clone() }
         })
         .collect();
+    let pair = split_seconds::find(&table);
+    let is_of_clock = |at: usize| pair.is_some_and(|pair| at == pair.whole || at == pair.fraction);
     let mut left_out = Vec::new();
     let mut channels = Vec::new();
     for (at, (heading, samples)) in table.headings.into_iter().zip(table.columns).enumerate() {
@@ -163,6 +183,7 @@ fn columns(
         let nothing = samples.is_empty()
             || samples.iter().all(|sample| sample.is_nan()) && heading.unit.is_none()
             || table.clocks.get(at) == Some(&true)
+            || is_of_clock(at)
             || (if table.has_header { heading.is_counter() } else { at == 0 }) && counts(&samples)
             || heading.is_time(at);
         if nothing && !asked {
@@ -191,22 +212,26 @@ fn columns(
     Ok(columns)
 }
 
-/// Where no column states a unit all are taken, and said to have none.
-fn name_all(channels: &mut [Channel], remarks: &mut Vec<String>) {
-    if channels.iter().any(|channel| channel.name.is_some()) {
+/// Where no column surely states a unit all are taken, and those that state none are said to have none. Behind the last `_`
+/// of a name anything may stand: of `seconds_elapsed,z,y,x` the first states no unit either.
+pub(crate) fn name_all(channels: &mut [Channel], remarks: &mut Vec<String>) {
+    let surely = |name: &String| unit_of(name).is_some_and(|unit| known(unit).is_some());
+    let open = channels.iter().filter(|channel| channel.name.is_none()).count();
+    if open == 0 || channels.iter().filter_map(|channel| channel.name.as_ref()).any(surely) {
         return;
     }
     let mut names = Vec::new();
-    for (position, channel) in (1..).zip(channels.iter_mut()) {
+    for (position, channel) in (1..).zip(channels.iter_mut()).filter(|(_, channel)| channel.name.is_none()) {
         let heading = Heading::parse(&channel.source, position, None);
         let number = channel.source.parse::<usize>().is_ok();
-        let quantity = if number { format!("column_{}", channel.source) } else { heading.quantity };
+        let quantity = if number { format!("column_{}", channel.source) } else { heading.quantity.clone() };
+        let quantity = if heading.unit.is_some() { Heading::whole(&channel.source) } else { quantity };
         let name = format!("{quantity}_{NO_UNIT}");
         names.push(format!("`{name}`"));
         channel.name = Some(name);
     }
     remarks.push(format!(
-        "no column states a unit: called {}; frequencies and damping do not depend on it, --column NAME_UNIT=SOURCE states one",
+        "no column states a unit that is known: called {}; frequencies and damping do not depend on it, --column NAME_UNIT=SOURCE states one",
         crate::error::some(&names)
     ));
 }

@@ -140,8 +140,21 @@ const MISSING: [&str; 16] = [
     "-1.#ind",
 ];
 /// Words that stand for a value beyond the range.
-const OVERFLOW: [&str; 10] =
-    ["inf", "+inf", "-inf", "ovf", "overflow", "over", "ol", "o.l", "1.#inf", "-1.#inf"];
+const OVERFLOW: [&str; 13] = [
+    "inf",
+    "+inf",
+    "-inf",
+    "ovf",
+    "overflow",
+    "over",
+    "ol",
+    "o.l",
+    "1.#inf",
+    "-1.#inf",
+    "\u{221e}",
+    "+\u{221e}",
+    "-\u{221e}",
+];
 
 /// Reads a cell.
 pub(super) fn value(cell: &str, decimal_comma: bool) -> Value {

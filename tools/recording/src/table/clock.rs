@@ -50,6 +50,16 @@ pub(super) fn parse(cell: &str) -> Option<Reading> {
     }
 }
 
+/// Seconds after the first of dates and times of day; `None` where any is neither.
+pub(crate) fn seconds_after<'t>(mut cells: impl Iterator<Item = &'t str>) -> Option<Vec<f64>> {
+    let instant = |cell: &str| match parse(cell) {
+        Some(Reading::DateTime(at) | Reading::TimeOfDay(at)) => Some(at),
+        _ => None,
+    };
+    let origin = instant(cells.next()?)?;
+    std::iter::once(Some(0.0)).chain(cells.map(|cell| Some(instant(cell)?.since(origin)))).collect()
+}
+
 /// Days since 1970 of a date; of two small numbers before the year the first is the day, except in `3/2/2025`.
 fn date(text: &str) -> Option<i64> {
     let sign = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;

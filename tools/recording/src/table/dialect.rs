@@ -3,7 +3,8 @@
 use super::cells::{Separator, Value, split, value};
 use super::clock;
 use super::lines::{Line, Lines, comment};
-use crate::heading::are_units;
+use crate::heading::{Heading, are_units};
+use crate::unit_label::{known, seconds};
 
 /// Lines from which the dialect is told.
 const LOOKED_AT: usize = 500;
@@ -183,23 +184,50 @@ fn most_frequent(sorted: &[usize]) -> Option<usize> {
 
 type Header = Option<(u32, Vec<String>)>;
 
+/// Lines before the first row among which the names are looked for.
+const LINES_OF_HEADER: usize = 8;
+
 /// The lines before the first row that name its columns and state their units.
+///
+/// The names stand nearest to the rows, or above a row of units, or above rows that say something else about every channel
+/// (its gain, its rate, who made it): then the row that names the time is theirs.
 fn header(lines: &[Line<'_>], best: &Candidate) -> (Header, Header) {
     let before = lines.get(..best.first).unwrap_or(&[]);
-    let mut named = before.iter().rev().take(4).filter_map(|line| {
-        let cells = header_cells(line.text, best)?;
-        Some((line.number, cells))
-    });
-    let Some(last) = named.next() else { return (None, None) };
-    let as_str: Vec<&str> = last.1.iter().map(String::as_str).collect();
-    if are_units(&as_str)
-        && let Some(names) =
-            named.next().filter(|(_, names)| names.iter().all(|name| name.is_empty() || is_name(name)))
+    let rows: Vec<(u32, Vec<String>)> = before
+        .iter()
+        .rev()
+        .take(LINES_OF_HEADER)
+        .filter_map(|line| Some((line.number, header_cells(line.text, best)?)))
+        .collect();
+    let names_all = |row: &(u32, Vec<String>)| row.1.iter().all(|name| name.is_empty() || is_name(name));
+    let Some(nearest) = rows.first() else { return (None, None) };
+    let cells: Vec<&str> = nearest.1.iter().map(String::as_str).collect();
+    if let Some(names) = rows.get(1).filter(|row| names_all(row))
+        && (are_units(&cells) || is_row_of_units(&cells, &names.1))
     {
-        return (Some(names), Some(last));
+        return (Some(names.clone()), Some(nearest.clone()));
     }
-    (Some(last), None)
+    let names_time = |row: &(u32, Vec<String>)| {
+        row.1.iter().enumerate().any(|(at, cell)| Heading::parse(cell, at + 1, None).is_time(at))
+    };
+    let is_bare = !names_time(nearest);
+    let above = rows.iter().skip(1).find(|row| is_bare && names_all(row) && names_time(row));
+    (Some(above.unwrap_or(nearest).clone()), None)
 }
+
+/// Whether a row below names holds their units though not all of them are known: a unit of time stands alone below the name
+/// of the time.
+fn is_row_of_units(cells: &[&str], names: &[String]) -> bool {
+    let unit_of_time = |cell: &str| known(cell).is_some_and(|unit| seconds(&unit).is_some());
+    let pairs = || cells.iter().zip(names).enumerate();
+    let short = |cell: &str| cell.chars().count() <= LONGEST_UNIT;
+    pairs().any(|(at, (cell, name))| unit_of_time(cell) && Heading::parse(name, at + 1, None).is_time(at))
+        && cells.iter().all(|cell| short(cell))
+        && names.iter().filter(|name| !name.is_empty()).count() == names.len()
+}
+
+/// Characters of a unit at most.
+const LONGEST_UNIT: usize = 12;
 
 fn is_name(cell: &str) -> bool {
     cell.chars().any(char::is_alphabetic)

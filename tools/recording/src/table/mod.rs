@@ -6,20 +6,26 @@
 mod assemble;
 mod cells;
 mod clock;
+mod counters;
 mod dialect;
 mod encoding;
+mod labels;
 mod lines;
+mod long;
 mod preamble;
 mod rows;
 mod spectrum;
+mod split_seconds;
 mod stamps;
 
 pub use cells::Separator;
 
 pub(crate) use crate::heading::Heading;
-pub(crate) use assemble::{Table, assemble};
+pub(crate) use assemble::{Table, assemble, name_all};
+pub(crate) use clock::seconds_after;
 pub(crate) use encoding::{decode, is_text};
 pub(crate) use lines::{Line, Lines};
+pub(crate) use preamble::interval_of;
 
 use crate::content::Content;
 use crate::error::Problem;
@@ -86,6 +92,7 @@ fn read_as(text: &str, lines: Lines<'_>, dialect: &Dialect) -> Result<(Table, Ve
         interval_s: preamble::interval_s(&preamble, dialect),
         headings,
         columns: found.columns,
+        labels: found.labels,
         lines: found.lines,
         from_zero: false,
         remarks: found.remarks,
@@ -182,12 +189,14 @@ fn headings(dialect: &Dialect) -> Vec<Heading> {
     let cell = |row: &Option<(u32, Vec<String>)>, at: usize| {
         row.as_ref().and_then(|(_, cells)| cells.get(at)).cloned()
     };
-    (0..dialect.width)
+    let mut headings: Vec<Heading> = (0..dialect.width)
         .map(|at| {
             let name = cell(&dialect.header, at).unwrap_or_default();
             Heading::parse(&name, at + 1, cell(&dialect.units, at).as_deref())
         })
-        .collect()
+        .collect();
+    crate::heading::without_letters(&mut headings);
+    headings
 }
 
 /// What the columns hold, by their first cells that hold anything.

@@ -2,10 +2,11 @@
 
 use super::cells::{Separator, Value, split, value};
 use super::dialect::Dialect;
+use crate::heading::Heading;
 use crate::unit_label::{enclosed, hertz, of_label, seconds};
 
 /// Keys of the time from sample to sample, in small letters without signs.
-const INTERVALS: [&str; 14] = [
+const INTERVALS: [&str; 17] = [
     "sampleinterval",
     "samplinginterval",
     "sampleperiod",
@@ -20,6 +21,9 @@ const INTERVALS: [&str; 14] = [
     "horizontalinterval",
     "hinterval",
     "timebaseinterval",
+    "interval",
+    "samplingtime",
+    "sampletime",
 ];
 /// Keys of samples per time.
 const RATES: [&str; 12] = [
@@ -37,9 +41,41 @@ const RATES: [&str; 12] = [
     "scanrate",
 ];
 
+/// Seconds from sample to sample that a number states by its name, such as `Fs`, `sampleRate` or `interval_ms`.
+pub(crate) fn interval_of(name: &str, number: f64) -> Option<f64> {
+    let heading = Heading::parse(name, 1, None);
+    let quantity: String =
+        heading.quantity.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
+    let whole: String = name.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
+    let is = |keys: &[&str]| keys.contains(&quantity.as_str()) || keys.contains(&whole.as_str());
+    let scale = |known: fn(&str) -> Option<f64>| heading.unit.as_deref().map_or(Some(1.0), known);
+    // Names as `rate_hz` spell the unit small.
+    let of_rate = |unit: &str| hertz(unit).or_else(|| unit.eq_ignore_ascii_case("hz").then_some(1.0));
+    let interval_s = if is(&INTERVALS) {
+        number * scale(seconds).or_else(|| is(&["sampletime", "samplingtime"]).then_some(1.0))?
+    } else if is(&RATES) {
+        1.0 / (number * scale(of_rate).or_else(|| RATES.contains(&whole.as_str()).then_some(1.0))?)
+    } else {
+        return None;
+    };
+    (interval_s.is_finite() && interval_s > 0.0).then_some(interval_s)
+}
+
 /// Seconds from sample to sample, where the lines before the table state them.
 pub(super) fn interval_s(lines: &[&str], dialect: &Dialect) -> Option<f64> {
-    lines.iter().find_map(|line| pair(line, dialect))
+    lines
+        .iter()
+        .find_map(|line| pair(line, dialect))
+        .or_else(|| lines.windows(2).find_map(|two| below(two, dialect)))
+}
+
+/// Of two lines the number that stands below a key: some instruments write it behind the units of the columns.
+fn below(lines: &[&str], dialect: &Dialect) -> Option<f64> {
+    let [keys, values] = lines else { return None };
+    let (mut above, mut cells) = (Vec::new(), Vec::new());
+    split(keys, dialect.separator, &mut above);
+    split(values, dialect.separator, &mut cells);
+    above.iter().zip(&cells).find_map(|(key, text)| stated(&[key, text], dialect))
 }
 
 fn pair(line: &str, dialect: &Dialect) -> Option<f64> {
@@ -57,6 +93,11 @@ fn pair(line: &str, dialect: &Dialect) -> Option<f64> {
             split(line, separator, &mut cells);
         }
     }
+    stated(&cells, dialect)
+}
+
+/// The interval that a key and the cells after it state.
+fn stated(cells: &[&str], dialect: &Dialect) -> Option<f64> {
     let (key, rest) = cells.split_first()?;
     let plain: String = key.split(['(', '[']).next()?.chars().filter(|c| c.is_alphanumeric()).collect();
     let plain = plain.to_lowercase();

@@ -2,6 +2,7 @@
 
 use super::cells::{Separator, Value, split, value};
 use super::clock::{self, Instant, Reading};
+use super::labels::Labels;
 use super::lines::{Line, Lines, comment};
 use crate::error::Problem;
 use crate::recording::shorten;
@@ -46,6 +47,8 @@ pub(super) struct Rows<'t> {
     overflows: Vec<(usize, u32)>,
     /// Origin and last value of the columns of dates and times.
     clocks: Vec<Option<(Instant, f64)>>,
+    /// The words of the columns of text.
+    pub(super) labels: Vec<Labels>,
 }
 
 /// Reads rows to the end of the lines. `ends_in_line_end` says whether the last one is complete.
@@ -59,11 +62,12 @@ pub(super) fn read<'t>(
         columns: vec![Vec::new(); width],
         overflows: vec![(0, 0); width],
         clocks: vec![None; width],
+        labels: vec![Labels::default(); width],
         ..Rows::default()
     };
     let semicolons = rules.separator == Separator::Byte(b';');
     let mut cells: Vec<&'t str> = Vec::with_capacity(width + 1);
-    let mut comments = 0;
+    let (mut comments, mut headers) = (0, 0);
     // The last rows, oldest first: what a cut one is compared with.
     let mut latest: [&'t str; 8] = [""; 8];
     while let Some(line) = lines.next() {
@@ -75,6 +79,7 @@ pub(super) fn read<'t>(
             }
             Err(_) if !rules.strict && comment(line.text, semicolons).is_some() => comments += 1,
             Err(_) if !rules.strict && cells.iter().all(|cell| cell.is_empty()) => {}
+            Err(_) if !rules.strict && is_header_again(&cells, rules) => headers += 1,
             Err(problem) => {
                 if rules.strict || rows.lines.is_empty() || any_row(lines.clone(), rules) {
                     return Err(problem);
@@ -88,11 +93,22 @@ pub(super) fn read<'t>(
     if comments > 0 {
         rows.remarks.push(format!("{comments} comment lines between the rows were left out"));
     }
+    if headers > 0 {
+        rows.remarks.push(format!(
+            "the row of names stands {headers} times more between the rows, and was left out there"
+        ));
+    }
     if !rules.strict {
         rows.judge_end(&latest, rules, ends_in_line_end);
         rows.say_overflows(rules);
     }
     Ok(rows)
+}
+
+/// Whether a row repeats the names, as loggers write them that start anew or append to a file.
+fn is_header_again(cells: &[&str], rules: &Rules<'_>) -> bool {
+    let names = rules.names.iter().map(String::as_str);
+    cells.len() >= rules.names.len() && cells.iter().copied().take(rules.names.len()).eq(names)
 }
 
 /// Whether any of the lines is a row.
@@ -127,7 +143,10 @@ impl Rows<'_> {
             let found = match rules.kinds.get(at) {
                 Some(Kind::Number) => self.number(at, cell, row, rules),
                 Some(Kind::Clock) => self.clock(at, cell, row, rules),
-                _ => continue,
+                _ => {
+                    self.labels.get_mut(at).into_iter().for_each(|labels| labels.push(taken, cell));
+                    continue;
+                }
             };
             match found {
                 Ok(number) => self.columns.get_mut(at).into_iter().for_each(|column| column.push(number)),

@@ -1,6 +1,8 @@
 //! From a column of the time to stamps in seconds.
 
 use super::assemble::Table;
+use super::counters;
+use super::split_seconds::SplitSeconds;
 use crate::error::Problem;
 use crate::grid::{last_decimal_place, lay, short};
 use crate::recording::shorten;
@@ -9,6 +11,11 @@ use crate::unit_label;
 /// Stamps from here on count from somewhere else, s, and cost digits if they are kept.
 const FAR_S: f64 = 1e7;
 
+/// Days that spreadsheets count from 1900, and MATLAB from the year 0: from 1954 to 2119, and from 1900 to 2190.
+const DAYS: [std::ops::Range<f64>; 2] = [20_000.0..80_000.0, 693_960.0..800_000.0];
+/// The longest interval that is taken for a part of a day, in its unit: 0.17 s.
+const SHORT_OF_A_DAY: f64 = 2e-6;
+
 /// The column that holds the time.
 pub(super) struct TimeColumn {
     pub(super) at: usize,
@@ -16,12 +23,15 @@ pub(super) struct TimeColumn {
     pub(super) scale: Option<f64>,
     /// A column of times of day that goes with one of dates.
     pub(super) after: Option<usize>,
+    /// The two columns that hold it, where it is divided into seconds and fractions of one.
+    pub(super) fraction: Option<SplitSeconds>,
 }
 
 impl TimeColumn {
     /// The columns that make up the time.
     pub(super) fn used(&self) -> Vec<usize> {
-        std::iter::once(self.at).chain(self.after).collect()
+        let pair = self.fraction.into_iter().flat_map(|pair| [pair.whole, pair.fraction]);
+        std::iter::once(self.at).chain(self.after).chain(pair).collect()
     }
 }
 
@@ -42,13 +52,32 @@ pub(super) fn seconds(
     let empty = Vec::new();
     // Beside times of day, which go on after midnight by themselves, dates say nothing new.
     let at = time.after.unwrap_or(time.at);
-    let raw = table.columns.get(at).unwrap_or(&empty);
+    let joined = time.fraction.map(|pair| pair.joined(table));
+    let raw = joined.as_ref().or(table.columns.get(at)).unwrap_or(&empty);
     let row = |index: usize| u64::from(table.lines.get(index).copied().unwrap_or(index as u32 + 1));
     if let Some(index) = raw.iter().position(|stamp| !stamp.is_finite()) {
         return Err(Problem::MissingTime { row: row(index) });
     }
     let is_clock = table.clocks.get(at) == Some(&true);
-    let (scale, counted) = if is_clock { (1.0, false) } else { scale(table, time, raw, remarks) };
+    let whole = if is_clock || joined.is_some() { None } else { counters::unwrapped(raw) };
+    if let Some((_, turns)) = &whole {
+        remarks
+            .push(format!("the counter of the time stamps begins anew {turns} times: it was taken to go on"));
+    }
+    let raw = whole.as_ref().map_or(raw, |(stamps, _)| stamps);
+    let (scale, counted) = match time.fraction {
+        Some(pair) => {
+            let name = |at: usize| table.headings.get(at).map_or("", |heading| heading.source.as_str());
+            remarks.push(format!(
+                "the time is `{}` and `{}` together, and starts with the first whole second",
+                shorten(name(pair.whole)),
+                shorten(name(pair.fraction))
+            ));
+            (1.0, false)
+        }
+        None if is_clock => (1.0, false),
+        None => scale(table, time, raw, remarks),
+    };
     let first = raw.first().copied().unwrap_or(0.0);
     let moved = counted || table.from_zero || (first * scale).abs() >= FAR_S;
     let origin = if moved { first } else { 0.0 };
@@ -109,16 +138,20 @@ fn scale(table: &Table, time: &TimeColumn, raw: &[f64], remarks: &mut Vec<String
         remarks.push(format!("the time `{}` counts {unit} from 1970", shorten(source)));
         return (scale, true);
     }
-    let interval_s =
-        raw.last().map_or(0.0, |last| (last - first) / raw.len().saturating_sub(1).max(1) as f64);
+    let interval = raw.last().map_or(0.0, |last| (last - first) / raw.len().saturating_sub(1).max(1) as f64);
+    // Spreadsheets and MATLAB count days. In seconds such an interval would be that of a digitiser which has run for half a
+    // day and more.
+    let days = DAYS.iter().any(|days| days.contains(&first)) && interval > 0.0 && interval < SHORT_OF_A_DAY;
+    if days {
+        remarks.push(format!("the time `{}` counts days, as spreadsheets and MATLAB do", shorten(source)));
+        return (86_400.0, true);
+    }
     let what = if table.has_header {
         format!("`{}` states no unit and", shorten(source))
     } else {
         "there is no header: the first column, which increases,".to_owned()
     };
-    remarks.push(format!(
-        "{what} is taken as the time in seconds, {} s from sample to sample",
-        short(interval_s)
-    ));
+    remarks
+        .push(format!("{what} is taken as the time in seconds, {} s from sample to sample", short(interval)));
     (1.0, false)
 }

@@ -78,7 +78,7 @@ pub enum IdentifyError {
     },
     /// Samples so far apart that the stamps are hardly seconds.
     #[error(
-        "{recording}: its samples are {interval_s:.4} s apart, which no machine is sampled at: `time_s` counts seconds; divide stamps in milliseconds by 1000, in microseconds by 1000000"
+        "{recording}: its samples are {interval_s:.4} s apart, which no machine is sampled at: `time_s` counts seconds; divide stamps in milliseconds by 1000, in microseconds by 1000000, or say what they count, with --time COLUMN*0.001"
     )]
     StampsNotSeconds {
         /// Name of the recording.

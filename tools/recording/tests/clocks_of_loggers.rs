@@ -103,7 +103,8 @@ fn names_that_come_again_are_left_out() {
     for (head, separator) in [("t [s],a [g]", ","), ("Zeit [s];a [g]", ";"), ("t_s\ta_g", "\t")] {
         for every in [5, 130] {
             let row = |k: u32| {
-                let again = if k > 0 && k.is_multiple_of(every) { format!("{head}\n") } else { String::new() };
+                let again =
+                    if k > 0 && k.is_multiple_of(every) { format!("{head}\n") } else { String::new() };
                 format!("{again}{:.3}{separator}{}", f64::from(k) * 0.005, signal(k))
             };
             let remarks = assert_holds(&log(head, row), "a_g", 0.005);

@@ -155,3 +155,20 @@ fn what_gzip_packed_is_unpacked_whatever_is_in_it() {
     let found = read(&cut);
     assert!(found.remarks[0].contains("cut or damaged") && found.recording.len() > 20, "{:?}", found.remarks);
 }
+
+#[test]
+fn units_behind_every_number_are_those_of_the_column() {
+    for (unit, per_second, separator) in [("sec", 1.0, ","), ("ms", 1e3, ";"), ("µs", 1e6, "\t")] {
+        let row = |k: u32| {
+            let time = f64::from(k) * 0.004 * per_second;
+            format!("{:.3} {unit}{separator}{} mV", time, signal(k))
+        };
+        let head = format!("Time{separator}acc\n");
+        assert_holds(rows(&head, row).as_bytes(), "acc_mV");
+        // Another unit amid the rows would be another scale.
+        let mixed = |k: u32| if k == 70 { row(k).replace("mV", "V") } else { row(k) };
+        let message = parse_recording(rows(&head, mixed).as_bytes(), "log", &ReadOptions::default());
+        let message = message.unwrap_err().to_string();
+        assert!(message.contains("row 72") && message.contains(" V`"), "{message}");
+    }
+}

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
+use crate::unit_label::known;
+
 /// What stands between the cells of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Separator {
@@ -167,6 +169,17 @@ pub(super) fn value(cell: &str, decimal_comma: bool) -> Value {
     }
 }
 
+/// A number with its unit behind a blank, as some programs write every value (`0.005 sec`); the cell of a number alone has
+/// none.
+pub(super) fn with_unit(cell: &str, decimal_comma: bool) -> Option<(f64, &str)> {
+    let (number, unit) = cell.split_once(' ')?;
+    let unit = unit.trim_start();
+    match value(number, decimal_comma) {
+        Value::Number(number) if known(unit).is_some() => Some((number, unit)),
+        _ => None,
+    }
+}
+
 /// Whether the points of a cell may group thousands, where the comma is the decimal sign.
 fn is_grouped(cell: &str) -> bool {
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
@@ -238,6 +251,15 @@ mod tests {
         assert_eq!(cells("\"Time [s]\" \"Acc X\"", Separator::Blanks), ["Time [s]", "Acc X"]);
         assert_eq!(cells("", comma), [""]);
         assert_eq!(cells("\"1\"\t\t\"2\"", Separator::Byte(b'\t')), ["1", "", "2"]);
+    }
+
+    #[test]
+    fn a_unit_behind_a_number_is_told_from_other_words() {
+        assert_eq!(with_unit("0.005 sec", false), Some((0.005, "sec")));
+        assert_eq!(with_unit("-1,5  mV", true), Some((-1.5, "mV")));
+        for cell in ["0.005", "12 oops", "V 3", "3 ", "2025-03-02 09:15:07", "1 2", ""] {
+            assert_eq!(with_unit(cell, false), None, "{cell}");
+        }
     }
 
     #[test]

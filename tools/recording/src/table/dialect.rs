@@ -1,6 +1,6 @@
 //! How a table is written: what separates its cells, its decimal sign, where it begins, which lines are its header.
 
-use super::cells::{Separator, Value, split, value};
+use super::cells::{Separator, Value, split, value, with_unit};
 use super::clock;
 use super::lines::{Line, Lines, comment};
 use crate::heading::{Heading, are_units};
@@ -26,7 +26,7 @@ pub(super) struct Dialect {
 }
 
 /// What options say about the dialect.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Given {
     pub(super) separator: Option<Separator>,
     pub(super) decimal_comma: Option<bool>,
@@ -49,7 +49,9 @@ fn row<'t>(text: &'t str, separator: Separator, decimal_comma: bool, cells: &mut
     for cell in cells.iter() {
         match value(cell, decimal_comma) {
             Value::Number(_) => row.numbers += 1,
-            Value::Text if clock::parse(cell).is_some() => row.numbers += 1,
+            Value::Text if clock::parse(cell).is_some() || with_unit(cell, decimal_comma).is_some() => {
+                row.numbers += 1;
+            }
             Value::Text => row.texts += 1,
             _ => {}
         }
@@ -246,7 +248,11 @@ fn header_cells(text: &str, best: &Candidate) -> Option<Vec<String>> {
     if cells.len() != best.width && best.separator == Separator::Blanks {
         cells = wide_cells(text, best.width)?;
     }
-    let text = |cell: &String| value(cell, best.decimal_comma) == Value::Text && clock::parse(cell).is_none();
+    let text = |cell: &String| {
+        value(cell, best.decimal_comma) == Value::Text
+            && clock::parse(cell).is_none()
+            && with_unit(cell, best.decimal_comma).is_none()
+    };
     (cells.len() == best.width && cells.iter().any(text)).then_some(cells)
 }
 

@@ -65,7 +65,18 @@ fn without_trailing_zeros(bytes: &[u8]) -> &[u8] {
 pub(crate) fn is_text(bytes: &[u8]) -> bool {
     let start = bytes.get(..4096.min(bytes.len())).unwrap_or(bytes);
     let start = without_trailing_zeros(start);
-    Encoding::for_bom(start).is_some() || unmarked_utf16(start).is_some() || !start.contains(&0)
+    Encoding::for_bom(start).is_some()
+        || unmarked_utf16(start).is_some()
+        || !start.contains(&0)
+        || is_text_after_line(start)
+}
+
+/// Whether text follows a first line that is none: what a serial line carries while a board starts.
+fn is_text_after_line(start: &[u8]) -> bool {
+    const FEWEST: usize = 64;
+    let Some(end) = memchr::memchr(b'\n', start) else { return false };
+    let rest = start.get(end + 1..).unwrap_or(&[]);
+    rest.len() >= FEWEST && rest.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace())
 }
 
 #[cfg(test)]

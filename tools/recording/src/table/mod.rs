@@ -4,6 +4,7 @@
 //! (`heading`), the rows are read (`rows`), and a recording is made of them (`assemble`).
 
 mod assemble;
+mod beside;
 mod cells;
 mod clock;
 mod counters;
@@ -14,6 +15,7 @@ mod lines;
 mod long;
 mod preamble;
 mod rows;
+mod serial_log;
 mod spectrum;
 mod split_seconds;
 mod stamps;
@@ -27,11 +29,13 @@ pub(crate) use encoding::{decode, is_text};
 pub(crate) use lines::{Line, Lines};
 pub(crate) use preamble::interval_of;
 
+use std::borrow::Cow;
+
 use crate::content::Content;
 use crate::error::Problem;
 use crate::options::ReadOptions;
 use crate::recording::{MIN_SAMPLES, TIME_COLUMN};
-use cells::{Value, split, value};
+use cells::{Value, split, value, with_unit};
 use dialect::{Dialect, Given};
 use rows::{Kind, Rules};
 
@@ -46,19 +50,58 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<(Table, Vec<St
     if text.trim().is_empty() {
         return Err(Problem::Empty);
     }
+    let mut given = Given { separator: options.separator, decimal_comma: options.decimal_comma };
+    let plain = options.skip_lines.is_none() && given == Given::default();
+    let (text, laid_out) = if plain { laid_out(text) } else { (text, None) };
+    if let Some(Layout::Labels(separator)) = laid_out {
+        given.separator = Some(separator);
+    }
     let lines = Lines::new(&text).skip_lines(options.skip_lines.unwrap_or(0));
-    let given = Given { separator: options.separator, decimal_comma: options.decimal_comma };
     let dialect =
         match contract(&lines).filter(|_| given.separator.is_none() && given.decimal_comma.is_none()) {
             Some(dialect) => dialect,
             None => dialect::detect(&lines, given).ok_or_else(|| no_table(&lines, &given))?,
         };
     let (mut table, trailer) = read_as(&text, lines, &dialect)?;
+    table.remarks.splice(0..0, laid_out.map(Layout::remark));
     let said = describe(&dialect, encoding);
     if !said.is_empty() {
         table.remarks.insert(0, said);
     }
     Ok((table, trailer))
+}
+
+/// How a text was laid out that is no table by itself.
+#[derive(Debug, Clone, Copy)]
+enum Layout {
+    Beside,
+    Labels(Separator),
+    Arrows,
+}
+
+impl Layout {
+    fn remark(self) -> String {
+        match self {
+            Self::Beside => "what stands beside the first rows was left out",
+            Self::Labels(_) => "every line names its values: read as a table of them",
+            Self::Arrows => "the time of day before `->` is the time, by the clock of the terminal",
+        }
+        .to_owned()
+    }
+}
+
+/// The text as a table, where it is one that is laid out in another way.
+fn laid_out(text: Cow<'_, str>) -> (Cow<'_, str>, Option<Layout>) {
+    if let Some((table, separator)) = serial_log::as_table(&text) {
+        return (Cow::Owned(table), Some(Layout::Labels(separator)));
+    }
+    if let Some(table) = serial_log::without_arrows(&text) {
+        return (Cow::Owned(table), Some(Layout::Arrows));
+    }
+    match beside::without(&text) {
+        Some(rows) => (Cow::Owned(rows), Some(Layout::Beside)),
+        None => (text, None),
+    }
 }
 
 /// Reads the rows of a dialect that is known.
@@ -73,7 +116,8 @@ fn read_as(text: &str, lines: Lines<'_>, dialect: &Dialect) -> Result<(Table, Ve
         preamble.push(line.text);
         at_row = rest.clone();
     }
-    let headings = headings(dialect);
+    let units = units_of_cells(&at_row, dialect);
+    let headings = headings(dialect, &units);
     let names: Vec<String> = headings.iter().map(|heading| heading.source.clone()).collect();
     let kinds = kinds(&at_row, dialect);
     let rules = Rules {
@@ -81,6 +125,7 @@ fn read_as(text: &str, lines: Lines<'_>, dialect: &Dialect) -> Result<(Table, Ve
         decimal_comma: dialect.decimal_comma,
         names: &names,
         kinds: &kinds,
+        units: &units,
         strict: false,
         ragged: false,
     };
@@ -117,7 +162,8 @@ pub(crate) fn read_rows(
 ) -> Result<ReadRows, Problem> {
     let kind = |at| if left_out.contains(&at) { Kind::Text } else { Kind::Number };
     let kinds: Vec<Kind> = (0..names.len()).map(kind).collect();
-    let rules = Rules { separator, decimal_comma, names, kinds: &kinds, strict: false, ragged: true };
+    let rules =
+        Rules { separator, decimal_comma, names, kinds: &kinds, units: &[], strict: false, ragged: true };
     let ends_in_line_end = lines.rest().ends_with(['\n', '\r']);
     let rows::Rows { columns, lines, remarks, .. } = rows::read(lines, &rules, ends_in_line_end)?;
     Ok(ReadRows { columns, lines, remarks })
@@ -137,6 +183,7 @@ pub(crate) fn parse_contract(text: &str) -> Result<(Vec<f64>, Vec<crate::recordi
         decimal_comma: false,
         names: &names,
         kinds: &kinds,
+        units: &[],
         strict: true,
         ragged: false,
     };
@@ -185,18 +232,29 @@ fn contract(lines: &Lines<'_>) -> Option<Dialect> {
     })
 }
 
-fn headings(dialect: &Dialect) -> Vec<Heading> {
+fn headings(dialect: &Dialect, of_cells: &[Option<String>]) -> Vec<Heading> {
     let cell = |row: &Option<(u32, Vec<String>)>, at: usize| {
         row.as_ref().and_then(|(_, cells)| cells.get(at)).cloned()
     };
     let mut headings: Vec<Heading> = (0..dialect.width)
         .map(|at| {
             let name = cell(&dialect.header, at).unwrap_or_default();
-            Heading::parse(&name, at + 1, cell(&dialect.units, at).as_deref())
+            let unit = cell(&dialect.units, at).or_else(|| of_cells.get(at).cloned().flatten());
+            Heading::parse(&name, at + 1, unit.as_deref())
         })
         .collect();
     crate::heading::without_letters(&mut headings);
     headings
+}
+
+/// The units in the cells of the first row, by column.
+fn units_of_cells(lines: &Lines<'_>, dialect: &Dialect) -> Vec<Option<String>> {
+    let mut cells = Vec::new();
+    if let Some(line) = lines.clone().next() {
+        split(line.text, dialect.separator, &mut cells);
+    }
+    let unit = |cell: &&str| Some(with_unit(cell, dialect.decimal_comma)?.1.to_owned());
+    cells.iter().map(unit).collect()
 }
 
 /// What the columns hold, by their first cells that hold anything.
@@ -212,6 +270,7 @@ fn kinds(lines: &Lines<'_>, dialect: &Dialect) -> Vec<Kind> {
             let found = match value(cell, dialect.decimal_comma) {
                 Value::Number(_) | Value::Overflow => Some(Kind::Number),
                 Value::Text if clock::parse(cell).is_some() => Some(Kind::Clock),
+                Value::Text if with_unit(cell, dialect.decimal_comma).is_some() => Some(Kind::Number),
                 Value::Text => Some(Kind::Text),
                 Value::Missing => None,
             };

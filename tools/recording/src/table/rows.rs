@@ -1,6 +1,6 @@
 //! The rows of a table.
 
-use super::cells::{Separator, Value, split, value};
+use super::cells::{Separator, Value, split, value, with_unit};
 use super::clock::{self, Instant, Reading};
 use super::labels::Labels;
 use super::lines::{Line, Lines, comment};
@@ -27,6 +27,8 @@ pub(super) struct Rules<'n> {
     /// Names of the columns, for messages; one for every cell.
     pub(super) names: &'n [String],
     pub(super) kinds: &'n [Kind],
+    /// The unit that stands in every cell of a column, behind the number.
+    pub(super) units: &'n [Option<String>],
     /// Only what stillbeam writes itself: nothing but numbers and empty cells, to the end of the file.
     pub(super) strict: bool,
     /// Whether a row may lack cells at its end.
@@ -105,6 +107,12 @@ pub(super) fn read<'t>(
     Ok(rows)
 }
 
+/// Whether a cell is a number with the unit that all of its column have: another one would be another scale.
+fn has_unit(at: usize, cell: &str, rules: &Rules<'_>) -> bool {
+    let own = rules.units.get(at).and_then(Option::as_deref);
+    own.is_some() && with_unit(cell, rules.decimal_comma).map(|(_, unit)| unit) == own
+}
+
 /// Whether a row repeats the names, as loggers write them that start anew or append to a file.
 fn is_header_again(cells: &[&str], rules: &Rules<'_>) -> bool {
     let names = rules.names.iter().map(String::as_str);
@@ -116,9 +124,14 @@ fn any_row(lines: Lines<'_>, rules: &Rules<'_>) -> bool {
     let mut cells = Vec::new();
     for line in lines {
         split(line.text, rules.separator, &mut cells);
-        let numbers =
-            cells.iter().filter(|cell| matches!(value(cell, rules.decimal_comma), Value::Number(_))).count();
-        if cells.len() == rules.names.len() && 2 * numbers > cells.len() {
+        let read = |(at, cell): (usize, &&str)| {
+            if has_unit(at, cell, rules) { Value::Number(0.0) } else { value(cell, rules.decimal_comma) }
+        };
+        let found: Vec<Value> = cells.iter().enumerate().map(read).collect();
+        let numbers = found.iter().filter(|value| matches!(value, Value::Number(_))).count();
+        // Empty cells do not make a row less of one.
+        let only_numbers = numbers > 0 && !found.contains(&Value::Text);
+        if cells.len() == rules.names.len() && (2 * numbers > cells.len() || only_numbers) {
             return true;
         }
     }
@@ -169,6 +182,9 @@ impl Rows<'_> {
         let column = || rules.names.get(at).cloned().unwrap_or_default();
         match value(cell, rules.decimal_comma) {
             Value::Number(number) => Ok(number),
+            Value::Text if has_unit(at, cell, rules) => {
+                Ok(with_unit(cell, rules.decimal_comma).map_or(f64::NAN, |(number, _)| number))
+            }
             Value::Missing if !rules.strict || cell.is_empty() => Ok(f64::NAN),
             Value::Overflow if !rules.strict => {
                 if let Some((count, first)) = self.overflows.get_mut(at) {

@@ -1,0 +1,113 @@
+//! Texts that are tables only after something was taken off: keys beside the rows, labels before every value, stamps of a
+//! terminal before every line.
+
+use stillbeam_recording::{Imported, ReadOptions, parse_recording};
+
+const ROWS: u32 = 300;
+
+fn signal(k: u32) -> f64 {
+    ((-f64::from(k) / 120.0).exp() * (0.27 * f64::from(k)).cos() * 1e4).round() / 1e4
+}
+
+fn parse(bytes: &[u8]) -> Imported {
+    parse_recording(bytes, "log", &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Reads rows that begin with the signal's row `first`.
+fn assert_holds(bytes: &[u8], column: &str, first: u32) -> Imported {
+    let found = parse(bytes);
+    let samples =
+        found.recording.column(column).unwrap_or_else(|error| panic!("{error}: {:?}", found.remarks));
+    assert_eq!(samples.len(), (ROWS - first) as usize, "{:?}", found.remarks);
+    for (k, sample) in (first..).zip(samples) {
+        assert!((sample - signal(k)).abs() < 1e-9, "row {k}: {sample}");
+        let time_s = found.recording.time_s[(k - first) as usize] - found.recording.time_s[0];
+        assert!((time_s - f64::from(k - first) * 0.004).abs() < 1e-6, "row {k}: {time_s}");
+    }
+    found
+}
+
+fn rows(head: &str, row: impl Fn(u32) -> String) -> String {
+    (0..ROWS).fold(head.to_owned(), |text, k| text + &row(k) + "\n")
+}
+
+#[test]
+fn keys_beside_the_first_rows_are_no_rows_and_cost_none() {
+    let keys = [
+        ("Record Length", "3.0e+02"),
+        ("Sample Interval", "4.0e-03"),
+        ("", ""),
+        ("", ""),
+        ("Source", "CH1"),
+        ("Vertical Units", "V"),
+        ("Firmware Version", "FV:v22.01"),
+    ];
+    for (separator, end) in [(",", ","), (";", ""), ("\t", "\t")] {
+        for gap in ["", separator] {
+            let row = |k: u32| {
+                let (key, text) = keys.get(k as usize).copied().unwrap_or(("", ""));
+                format!(
+                    "{key}{separator}{text}{separator}{gap}  {:.3}{separator}{}{end}",
+                    f64::from(k) * 0.004,
+                    signal(k)
+                )
+            };
+            let found = assert_holds(rows("", row).as_bytes(), "column_2_raw", 0);
+            assert!(found.remarks.iter().any(|remark| remark.contains("beside")), "{:?}", found.remarks);
+        }
+    }
+    // A channel that was switched on late is a column.
+    let late = |k: u32| {
+        let early = if k < 9 { "1.5" } else { "" };
+        format!("{early},{:.3},{}", f64::from(k) * 0.004, signal(k))
+    };
+    assert_holds(rows("other_g,time_s,acc_g\n", late).as_bytes(), "acc_g", 0);
+}
+
+#[test]
+fn values_with_labels_are_a_table_of_them() {
+    for (before, between, after) in
+        [(":", " ", ""), ("=", ", ", ""), (": ", "  ", " "), (":", ",", "\r"), (" = ", "; ", ";")]
+    {
+        let row = |k: u32| {
+            format!("t_ms{before}{}{between}ax{before}{}{between}ay{before}0.5{after}", 4 * k, signal(k))
+        };
+        for head in ["", "MPU6050 ready\n", "\n\nCalibrating...\ndone: ok\n"] {
+            let found = assert_holds(rows(head, row).as_bytes(), "ax_raw", 0);
+            assert_eq!(found.recording.columns.len(), 2);
+            // What a board says between its values is no row.
+            let chatty = |k: u32| if k % 90 == 80 { format!("battery low\n{}", row(k)) } else { row(k) };
+            assert_holds(rows(head, chatty).as_bytes(), "ax_raw", 0);
+        }
+    }
+}
+
+#[test]
+fn the_time_of_day_that_a_terminal_puts_before_a_line_is_the_time() {
+    let stamp = |k: u32| {
+        let ms = 86_399_700 + 4 * k;
+        format!("{:02}:{:02}:{:02}.{:03}", ms / 3_600_000 % 24, ms / 60_000 % 60, ms / 1000 % 60, ms % 1000)
+    };
+    for (row, column) in [
+        (Box::new(|k| format!("{},0.5", signal(k))) as Box<dyn Fn(u32) -> String>, "column_2_raw"),
+        (Box::new(|k| signal(k).to_string()), "column_2_raw"),
+        (Box::new(|k| format!("0.5\t{}", signal(k))), "column_3_raw"),
+        (Box::new(|k| format!("ax:{} ay:0.5", signal(k))), "ax_raw"),
+    ] {
+        let text = rows("", |k| format!("{} -> {}", stamp(k), row(k)));
+        assert_holds(text.as_bytes(), column, 0);
+        // The line that the board was in when the terminal opened, and what the line carried before.
+        let mut noisy = b"\x00\xff\xfe\x8012,\n".to_vec();
+        noisy.extend(text.as_bytes());
+        assert_holds(&noisy, column, 0);
+    }
+}
+
+#[test]
+fn binary_data_with_a_line_end_in_it_is_still_no_text() {
+    for step in [1_u32, 7, 250] {
+        let bytes: Vec<u8> = (0..2000).flat_map(|k| (k * step % 3000).to_le_bytes()).collect();
+        let message = parse_recording(&bytes, "log", &ReadOptions::default()).unwrap_err().to_string();
+        assert!(message.contains("binary"), "{message}");
+    }
+}

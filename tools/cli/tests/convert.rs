@@ -28,8 +28,14 @@ fn what_a_file_leaves_open_is_said_on_the_command_line() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out.csv").to_str().unwrap().to_owned();
     let foreign = sample("foreign_v7.mat");
-    refused(&["convert", &foreign, &out], &["foreign_v7.mat", "`run1.t` (40 x 1)", "--time"]);
-    refused(&["convert", &foreign, &out, "--time", "run1.t"], &["`run1.Y:2`", "--column"]);
+    let timeless = folder.path().join("timeless.txt").to_str().unwrap().to_owned();
+    let vector = "# name: Y\n# type: matrix\n# rows: 4\n# columns: 1\n 1\n 2\n 4\n 3\n\n\n";
+    std::fs::write(
+        &timeless,
+        format!("# Created by Octave 8.4.0, Sun Mar 02 09:15:07 2025 UTC <lab@pc>\n{vector}"),
+    )
+    .unwrap();
+    refused(&["convert", &timeless, &out], &["timeless.txt", "`Y` (4 x 1)", "--time"]);
     refused(&["convert", &foreign, &out, "--column", "tip=run1.Y:1"], &["unit"]);
     refused(&["convert", &foreign, &out, "--sample-rate", "-5"], &["--sample-rate -5"]);
     refused(&["convert", &foreign, &out, "--format", "xls"], &["xls", "uff58"]);

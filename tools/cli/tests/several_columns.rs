@@ -103,3 +103,43 @@ fn columns_of_which_none_vibrates_are_refused() {
     std::fs::write(&path, format!("time_s,odometer_m,energy_J\n{rows}")).unwrap();
     refused(&["identify", &path], &["none of the columns odometer_m, energy_J vibrates", "--output"]);
 }
+
+/// A move of 100 mm in 0.25 s, seen by a laser beside the machine, in mm, and what the tip does about it.
+fn laser_beside_a_move(path: &str, hz: f64) {
+    const FINE: u32 = 40;
+    let (step, omega) = (1.0 / (400.0 * f64::from(FINE)), TAU * hz);
+    let (mut place, mut speed) = (0.0, 0.0);
+    let mut text = "time_s,setpoint_mm,laser_mm\n".to_owned();
+    for k in 0..SAMPLES * FINE {
+        let t = f64::from(k) * step;
+        let x = ((t - 0.3) / 0.25).clamp(0.0, 1.0);
+        let setpoint = 100.0 * (10.0 * x.powi(3) - 15.0 * x.powi(4) + 6.0 * x.powi(5));
+        if k.is_multiple_of(FINE) {
+            writeln!(text, "{t},{setpoint},{}", place + noise(t, 0.02)).unwrap();
+        }
+        speed += step * (omega * omega * (setpoint - place) - 0.026 * omega * speed);
+        place += step * speed;
+    }
+    std::fs::write(path, text).unwrap();
+}
+
+#[test]
+fn an_output_that_holds_the_base_motion_is_told_and_the_way_out_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("move.csv").display().to_string();
+    for hz in [5.1, 6.3, 8.2] {
+        laser_beside_a_move(&path, hz);
+        let run = stillbeam(&["identify", &path, "--input", "setpoint_mm"]);
+        let said =
+            run.messages.lines().find(|line| line.contains("laser_mm moves as setpoint_mm does")).unwrap();
+        let from = said.find("--column").unwrap();
+        let options: Vec<&str> = said[from..].split(',').next().unwrap().split(' ').collect();
+        let run = stillbeam(&[&["identify", path.as_str(), "--json", "-"], options.as_slice()].concat());
+        assert_eq!(run.code, 0, "{options:?}: {}", run.messages);
+        assert!(!run.messages.contains("moves as"), "{}", run.messages);
+        let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        let found = json["modes"][0]["frequency_hz"]["value"].as_f64().unwrap();
+        let damping = json["modes"][0]["damping_ratio"]["value"].as_f64().unwrap();
+        assert!((found / hz - 1.0).abs() < 1e-3 && (damping / 0.013 - 1.0).abs() < 0.02, "{found} {damping}");
+    }
+}

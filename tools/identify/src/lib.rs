@@ -41,6 +41,7 @@ mod decay_starts;
 mod died_away;
 mod driven_lines;
 mod error;
+mod follows;
 mod forced_fit;
 mod forced_model;
 mod forced_record;
@@ -93,6 +94,7 @@ pub use common_clock::{
 };
 pub use comparison::compare_recordings;
 pub use error::IdentifyError;
+pub use follows::follows_input;
 pub use forced_fit::{
     ForcedOptions, MAX_MODES, identify_forced, identify_forced_together, usual_max_delay_s,
 };

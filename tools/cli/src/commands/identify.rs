@@ -14,7 +14,7 @@ use stillbeam_recording::{ImportedSpectra, Measurement, Recording};
 
 use crate::error::CliError;
 use crate::identification::axis_shapers::{AXIS_COLUMNS, AxisArgs, AxisShapers};
-use crate::identification::columns::output_column;
+use crate::identification::columns::{holds_base_motion, output_column};
 use crate::identification::combined::combine;
 use crate::identification::modal_file::{ModalFile, modal_file};
 use crate::identification::sweep::with_sweeps;
@@ -287,6 +287,9 @@ impl IdentifyArgs {
             (None, input) => format!("input {}", input.unwrap_or_default()),
         };
         streams.say(&format!("{}: {kind}, output {output}{chosen}", recording.name));
+        if let Some(said) = input.and_then(|input| holds_base_motion(recording, input, &output)) {
+            streams.say(&said);
+        }
         let identified = match input {
             Some(input) => identify_forced(recording, &self.forced_options(input, recording)?)?,
             None if recognised.is_some_and(|one| one.kind == RecordKind::Random) && self.start.is_none() => {

@@ -1,7 +1,9 @@
 //! Which column is the output when nobody said.
 
-use stillbeam_identify::{IdentifiedModes, loudest_line_hz, possible_inputs, strongest_column};
-use stillbeam_plant::{TIP_DEFLECTION, TIP_POSITION};
+use stillbeam_identify::{
+    IdentifiedModes, follows_input, loudest_line_hz, possible_inputs, strongest_column,
+};
+use stillbeam_plant::{SETPOINT, TIP_DEFLECTION, TIP_POSITION};
 use stillbeam_recording::Recording;
 
 use crate::board_recording::is_of_the_board;
@@ -97,4 +99,31 @@ pub fn output_column(
             several.join(", ")
         ))),
     }
+}
+
+/// Units of positions, m.
+const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("cm", 1e-2)];
+
+/// What to say of an output that moves with the base and is not called the tip's position: only under that name the base's
+/// own motion is taken out of it.
+pub fn holds_base_motion(recording: &Recording, input: &str, output: &str) -> Option<String> {
+    let length = |name: &str| {
+        let (_, unit) = name.rsplit_once('_')?;
+        // Speeds and accelerations end in other units: `m_s`, `mm_s2`.
+        LENGTHS.iter().find(|(known, _)| *known == unit).map(|(_, scale)| *scale)
+    };
+    let (of_input, of_output) = (length(input)?, length(output)?);
+    let is_called_so = [TIP_POSITION, TIP_DEFLECTION].contains(&output) || output.contains("deflection");
+    if is_called_so || of_input != of_output || !follows_input(recording, input, output) {
+        return None;
+    }
+    let taken = |name: &str, source: &str, scale: f64| match scale {
+        1.0 => format!("--column {name}={source}"),
+        _ => format!("--column {name}={source}*{scale}"),
+    };
+    Some(format!(
+        "{output} moves as {input} does: if it was measured from beside the machine, say so with {} {} --input {SETPOINT}, which takes the base's own motion out of it; else that motion stands in for modes",
+        taken(SETPOINT, input, of_input),
+        taken(TIP_POSITION, output, of_output),
+    ))
 }

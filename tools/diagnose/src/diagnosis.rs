@@ -335,7 +335,7 @@ fn told(
     let is_adequate = verdict == Verdict::Adequate && !is_exact;
     let visible = if is_adequate {
         say("asking how small an effect would have been seen", 0.99);
-        smallest_visible(&study, &compared.refitted, &catalogue, options)
+        smallest_visible(&study, &compared.refitted, catalogue, options)
     } else {
         Vec::new()
     };

@@ -146,7 +146,10 @@ mod tests {
                 First::of(found, &[found.clone(), other], &search.floors).is_some()
             };
             assert!(leads(2.5) && !leads(1.5));
-            assert!(First::of(found, &[found.clone()], &search.floors).is_none(), "nothing was compared");
+            assert!(
+                First::of(found, std::slice::from_ref(found), &search.floors).is_none(),
+                "nothing was compared"
+            );
         });
     }
 

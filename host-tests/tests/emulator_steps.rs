@@ -16,8 +16,9 @@ const STEPS_PER_MM: f64 = 200.0;
 /// Every tick is streamed, and the tick is slow enough that a person's commands come in the middle of a
 /// motion.
 const TICK_HZ: f64 = 1000.0;
-/// A move of 20 mm lasts 1000 s of the board's time. That runs on while this machine has not yet sent or heard
-/// what it waits for, a hundred seconds of it in a few seconds of the clock where other work is going on.
+/// A move of 20 mm lasts 1000 s of the board's time. That runs on while this machine has not yet sent or
+/// heard what it waits for, a hundred seconds of it in a few seconds of the clock where other work is going
+/// on.
 const SLOW: &str = "set move.velocity_mm_s 0.02";
 const PATIENCE: Duration = Duration::from_secs(60);
 

@@ -121,8 +121,8 @@ struct Refitted {
     linear: Option<(Study, Compared)>,
 }
 
-/// The model refitted within its own parameters, and where that is not enough, within what else a linear machine may
-/// do.
+/// The model refitted within its own parameters, and where that is not enough, within what else a linear
+/// machine may do.
 fn refitted(
     mut study: Study,
     model: &Model,
@@ -430,8 +430,8 @@ fn bounded(excess: f64) -> String {
     format!(" What is left has at most {:.1} % more power than noise.", 100.0 * excess)
 }
 
-/// The verdict in words, with the numbers of the first output that was recorded; `waiting`: the laws that a search
-/// which its limit ended did not try to the end.
+/// The verdict in words, with the numbers of the first output that was recorded; `waiting`: the laws that a
+/// search which its limit ended did not try to the end.
 fn sentence(
     verdict: Verdict,
     (effects, unconfirmed, waiting): (&[Effect], &[String], Option<&[String]>),

@@ -33,9 +33,9 @@ pub(crate) fn refit(stack: &Stack<'_>, given: &Hypothesis, candidates: &[FreePar
     with_some_samples_first(stack, given, candidates, &in_its_valley)
 }
 
-/// A refit that is begun with some of the samples, where looking at all of them is much work, and goes on with
-/// all from there. Where more is missing than noise hides, how well the rest is known hangs on that, and it
-/// goes on for a few steps only.
+/// A refit that is begun with some of the samples, where looking at all of them is much work, and goes on
+/// with all from there. Where more is missing than noise hides, how well the rest is known hangs on that, and
+/// it goes on for a few steps only.
 fn with_some_samples_first(
     stack: &Stack<'_>,
     given: &Hypothesis,

@@ -1,7 +1,7 @@
 //! Whether an output holds the motion of the input itself.
 //!
-//! A laser beside the machine sees the base move and the tip bend; a strain gauge sees the tip bend. The model of the one
-//! leaves, of a record of the other, motion that no mode explains.
+//! A laser beside the machine sees the base move and the tip bend; a strain gauge sees the tip bend. The
+//! model of the one leaves, of a record of the other, motion that no mode explains.
 
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex64;
@@ -9,7 +9,8 @@ use stillbeam_recording::Recording;
 
 use crate::forced_record::present;
 
-/// Share of the input's energy, from the lowest frequencies on, in which the two are compared: below the modes.
+/// Share of the input's energy, from the lowest frequencies on, in which the two are compared: below the
+/// modes.
 const LOWEST: f64 = 0.03;
 /// Share of its largest line that a line of the input has at least: below are drifts and noise.
 const LINE: f64 = 0.01;

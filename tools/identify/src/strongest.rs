@@ -1,7 +1,8 @@
 //! Which of several columns shows the vibration best, where nobody says which is meant.
 //!
-//! Accelerometers have three axes and loggers more channels than sensors. Columns of one unit are compared by their size;
-//! columns of different units by how far their loudest line stands above the noise around it, which has no unit.
+//! Accelerometers have three axes and loggers more channels than sensors. Columns of one unit are compared by
+//! their size; columns of different units by how far their loudest line stands above the noise around it,
+//! which has no unit.
 
 use stillbeam_recording::Recording;
 
@@ -9,12 +10,13 @@ use crate::decay_modes::Uniform;
 use crate::forced_record::{present, unit_of};
 use crate::narrow_band::WholeSpectrum;
 
-/// How far a line stands above the noise around it, as a ratio of powers, to be spoken of. Of noise alone the loudest of a
-/// million lines is 14 times the mean.
+/// How far a line stands above the noise around it, as a ratio of powers, to be spoken of. Of noise alone the
+/// loudest of a million lines is 14 times the mean.
 const STANDS_OUT: f64 = 100.0;
 /// Periods of a line within a record, below which it is a drift.
 const DRIFT_PERIODS: f64 = 3.0;
-/// Parts of the names of columns that a logger computes from the others: a magnitude rings at twice the frequency.
+/// Parts of the names of columns that a logger computes from the others: a magnitude rings at twice the
+/// frequency.
 const COMPUTED: [&str; 6] = ["absolute", "magnitude", "norm", "resultant", "total", "vector_sum"];
 
 /// What a column shows.

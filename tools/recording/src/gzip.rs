@@ -11,7 +11,8 @@ const SIGNATURE: &[u8] = b"\x1f\x8b";
 /// Contents beyond this size are refused rather than taken into memory, bytes.
 const MAX_UNPACKED: u64 = 512 << 20;
 
-/// The contents of a packed file with what there is to say of it; `None` for any other file, and where nothing comes out.
+/// The contents of a packed file with what there is to say of it; `None` for any other file, and where
+/// nothing comes out.
 pub(crate) fn unpacked(bytes: &[u8]) -> Result<Option<(Vec<u8>, &'static str)>, Problem> {
     if !bytes.starts_with(SIGNATURE) {
         return Ok(None);

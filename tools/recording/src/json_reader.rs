@@ -8,8 +8,8 @@ use crate::options::ReadOptions;
 use crate::recording::shorten;
 use crate::table::{Heading, Table, assemble, decode, interval_of, seconds_after};
 
-/// Reads an object whose members are arrays of numbers, an array of objects with numbers as members, or such objects one
-/// behind the other (JSON lines).
+/// Reads an object whose members are arrays of numbers, an array of objects with numbers as members, or such
+/// objects one behind the other (JSON lines).
 pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Problem> {
     let (text, _) = decode(bytes);
     let mut remarks = Vec::new();
@@ -105,8 +105,8 @@ fn signal(name: String, values: &[Value]) -> Option<Signal> {
     Some(Signal { name, values, is_clock: true })
 }
 
-/// A signal of every member of the records; of members that are objects or arrays themselves (`"acc": {"x": 1, "y": 2}`) a
-/// signal of each of theirs.
+/// A signal of every member of the records; of members that are objects or arrays themselves (`"acc": {"x":
+/// 1, "y": 2}`) a signal of each of theirs.
 fn from_records(records: &[Value], columns: &mut Vec<Signal>) {
     let Some(Value::Object(first)) = records.first() else { return };
     let all = |pointer: &str| -> Vec<Value> {

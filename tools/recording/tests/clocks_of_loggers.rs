@@ -1,5 +1,5 @@
-//! Time stamps and rows as loggers write them that nobody watches: counters that overflow, seconds in two columns, days, rows
-//! that come twice, names that come again, and one row per axis.
+//! Time stamps and rows as loggers write them that nobody watches: counters that overflow, seconds in two
+//! columns, days, rows that come twice, names that come again, and one row per axis.
 
 use stillbeam_recording::{Imported, ReadOptions, parse_recording};
 

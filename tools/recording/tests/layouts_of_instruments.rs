@@ -1,5 +1,5 @@
-//! Texts that are tables only after something was taken off: keys beside the rows, labels before every value, stamps of a
-//! terminal before every line.
+//! Texts that are tables only after something was taken off: keys beside the rows, labels before every value,
+//! stamps of a terminal before every line.
 
 use stillbeam_recording::{Imported, ReadOptions, parse_recording};
 

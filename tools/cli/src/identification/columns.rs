@@ -31,7 +31,8 @@ impl Output {
         }
     }
 
-    /// The columns that are loudest where no mode was found, with that frequency: what one axis shows another may not.
+    /// The columns that are loudest where no mode was found, with that frequency: what one axis shows another
+    /// may not.
     pub fn unexplained(&self, recording: &Recording, found: &IdentifiedModes) -> Vec<String> {
         let known = found.modes.iter().map(|mode| mode.frequency_hz.value).collect::<Vec<_>>();
         let of_its_own = |name: &&String| {
@@ -50,12 +51,12 @@ impl Output {
 /// Share of its frequency within which a line is a mode's.
 const SAME_LINE: f64 = 0.05;
 
-/// The output column: the one asked for, else the tip's, else the strongest one that is neither the time nor the input nor the
-/// state or a general input of the board.
+/// The output column: the one asked for, else the tip's, else the strongest one that is neither the time nor
+/// the input nor the state or a general input of the board.
 ///
 /// # Errors
-/// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there is none to choose, or several
-/// and none vibrates.
+/// [`CliError::Recording`] when the recording has no such column; [`CliError::Usage`] when there is none to
+/// choose, or several and none vibrates.
 pub fn output_column(
     recording: &Recording,
     input: Option<&str>,
@@ -104,8 +105,8 @@ pub fn output_column(
 /// Units of positions, m.
 const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("cm", 1e-2)];
 
-/// What to say of an output that moves with the base and is not called the tip's position: only under that name the base's
-/// own motion is taken out of it.
+/// What to say of an output that moves with the base and is not called the tip's position: only under that
+/// name the base's own motion is taken out of it.
 pub fn holds_base_motion(recording: &Recording, input: &str, output: &str) -> Option<String> {
     let length = |name: &str| {
         let (_, unit) = name.rsplit_once('_')?;

@@ -1,9 +1,10 @@
 //! Laws that do so much that no linear machine comes near the recordings.
 //!
-//! A sensor that loses the sign, a drive that clips or play as wide as the motion leave a refit nothing to fit:
-//! it ends anywhere, and around it no law does what it does. The model as given, with the law at a size that
-//! cannot be overlooked, is nearer to the recordings than without, whatever its parameters are wrong by. Where
-//! a refit leaves most of an output, all laws are looked at in this way, and the nearest are fitted from there.
+//! A sensor that loses the sign, a drive that clips or play as wide as the motion leave a refit nothing to
+//! fit: it ends anywhere, and around it no law does what it does. The model as given, with the law at a size
+//! that cannot be overlooked, is nearer to the recordings than without, whatever its parameters are wrong by.
+//! Where a refit leaves most of an output, all laws are looked at in this way, and the nearest are fitted
+//! from there.
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;

@@ -138,7 +138,8 @@ impl Search<'_> {
         }
     }
 
-    /// Every law of a set judged, and the sets without it, in the set's order; `rivals`: what is known about other laws.
+    /// Every law of a set judged, and the sets without it, in the set's order; `rivals`: what is known about
+    /// other laws.
     pub(super) fn judge_laws(
         &self,
         chosen: &Member,

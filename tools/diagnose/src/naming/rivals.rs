@@ -67,9 +67,9 @@ impl First {
 }
 
 impl Search<'_> {
-    /// Back to the law that was found first and leads, as it was then, where time has ended what was looked for
-    /// on top of it and nothing passed: laws that fail may have moved the rest of the model to where it fails
-    /// too, and the weighting to noise that they made up.
+    /// Back to the law that was found first and leads, as it was then, where time has ended what was looked
+    /// for on top of it and nothing passed: laws that fail may have moved the rest of the model to where it
+    /// fails too, and the weighting to noise that they made up.
     pub(crate) fn back_to_the_first(&mut self, ended: &Selection) -> Option<Selection> {
         let is_cut_short = Rivals::of(ended, self.is_over()).is_cut_short;
         let First { found, floors } = ended.first.clone()?;

@@ -212,8 +212,9 @@ fn columns(
     Ok(columns)
 }
 
-/// Where no column surely states a unit all are taken, and those that state none are said to have none. Behind the last `_`
-/// of a name anything may stand: of `seconds_elapsed,z,y,x` the first states no unit either.
+/// Where no column surely states a unit all are taken, and those that state none are said to have none.
+/// Behind the last `_` of a name anything may stand: of `seconds_elapsed,z,y,x` the first states no unit
+/// either.
 pub(crate) fn name_all(channels: &mut [Channel], remarks: &mut Vec<String>) {
     let surely = |name: &String| unit_of(name).is_some_and(|unit| known(unit).is_some());
     let open = channels.iter().filter(|channel| channel.name.is_none()).count();

@@ -1,4 +1,5 @@
-//! Keys and values that stand beside the rows, not above them: some oscilloscopes write them into the first columns.
+//! Keys and values that stand beside the rows, not above them: some oscilloscopes write them into the first
+//! columns.
 
 use super::cells::{Separator, Value, split, value};
 use super::lines::Lines;
@@ -27,8 +28,8 @@ pub(super) fn without(text: &str) -> Option<String> {
     Some(rows)
 }
 
-/// So many columns at the left hold something beside the first rows and nothing later, while the others hold numbers all
-/// the way.
+/// So many columns at the left hold something beside the first rows and nothing later, while the others hold
+/// numbers all the way.
 fn columns(text: &str, separator: u8) -> Option<usize> {
     let mut cells = Vec::new();
     let mut filled = Vec::new();

@@ -169,8 +169,8 @@ pub(super) fn value(cell: &str, decimal_comma: bool) -> Value {
     }
 }
 
-/// A number with its unit behind a blank, as some programs write every value (`0.005 sec`); the cell of a number alone has
-/// none.
+/// A number with its unit behind a blank, as some programs write every value (`0.005 sec`); the cell of a
+/// number alone has none.
 pub(super) fn with_unit(cell: &str, decimal_comma: bool) -> Option<(f64, &str)> {
     let (number, unit) = cell.split_once(' ')?;
     let unit = unit.trim_start();

@@ -191,8 +191,8 @@ const LINES_OF_HEADER: usize = 8;
 
 /// The lines before the first row that name its columns and state their units.
 ///
-/// The names stand nearest to the rows, or above a row of units, or above rows that say something else about every channel
-/// (its gain, its rate, who made it): then the row that names the time is theirs.
+/// The names stand nearest to the rows, or above a row of units, or above rows that say something else about
+/// every channel (its gain, its rate, who made it): then the row that names the time is theirs.
 fn header(lines: &[Line<'_>], best: &Candidate) -> (Header, Header) {
     let before = lines.get(..best.first).unwrap_or(&[]);
     let rows: Vec<(u32, Vec<String>)> = before
@@ -217,8 +217,8 @@ fn header(lines: &[Line<'_>], best: &Candidate) -> (Header, Header) {
     (Some(above.unwrap_or(nearest).clone()), None)
 }
 
-/// Whether a row below names holds their units though not all of them are known: a unit of time stands alone below the name
-/// of the time.
+/// Whether a row below names holds their units though not all of them are known: a unit of time stands alone
+/// below the name of the time.
 fn is_row_of_units(cells: &[&str], names: &[String]) -> bool {
     let unit_of_time = |cell: &str| known(cell).is_some_and(|unit| seconds(&unit).is_some());
     let pairs = || cells.iter().zip(names).enumerate();

@@ -4,9 +4,11 @@ use super::assemble::Table;
 use crate::heading::Heading;
 use crate::recording::shorten;
 
-/// Makes one column of every word of a column of text, where each stamp comes once with each word, always in the same order.
+/// Makes one column of every word of a column of text, where each stamp comes once with each word, always in
+/// the same order.
 ///
-/// Read as they stand such rows would be several samples of one instant, and a signal that jumps between its axes.
+/// Read as they stand such rows would be several samples of one instant, and a signal that jumps between its
+/// axes.
 pub(super) fn widen(table: &mut Table, time: usize) {
     let count = table.columns.get(time).map_or(0, Vec::len);
     let found = (0..table.labels.len()).find_map(|at| Some((at, keys(table, time, at, count)?)));

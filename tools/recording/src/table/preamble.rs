@@ -41,7 +41,8 @@ const RATES: [&str; 12] = [
     "scanrate",
 ];
 
-/// Seconds from sample to sample that a number states by its name, such as `Fs`, `sampleRate` or `interval_ms`.
+/// Seconds from sample to sample that a number states by its name, such as `Fs`, `sampleRate` or
+/// `interval_ms`.
 pub(crate) fn interval_of(name: &str, number: f64) -> Option<f64> {
     let heading = Heading::parse(name, 1, None);
     let quantity: String =
@@ -69,7 +70,8 @@ pub(super) fn interval_s(lines: &[&str], dialect: &Dialect) -> Option<f64> {
         .or_else(|| lines.windows(2).find_map(|two| below(two, dialect)))
 }
 
-/// Of two lines the number that stands below a key: some instruments write it behind the units of the columns.
+/// Of two lines the number that stands below a key: some instruments write it behind the units of the
+/// columns.
 fn below(lines: &[&str], dialect: &Dialect) -> Option<f64> {
     let [keys, values] = lines else { return None };
     let (mut above, mut cells) = (Vec::new(), Vec::new());

@@ -1,5 +1,5 @@
-//! What a terminal logged from a serial line: `ax:0.12 ay:-0.03`, `t=5, a=1.2`, and the time of day before ` -> ` that the
-//! terminal puts before every line.
+//! What a terminal logged from a serial line: `ax:0.12 ay:-0.03`, `t=5, a=1.2`, and the time of day before `
+//! -> ` that the terminal puts before every line.
 
 use super::cells::{Separator, Value, value};
 use super::clock;

@@ -25,7 +25,8 @@ impl SplitSeconds {
     }
 }
 
-/// The pair of columns that is such a time: by their names, which differ in the unit alone, and by what they hold.
+/// The pair of columns that is such a time: by their names, which differ in the unit alone, and by what they
+/// hold.
 pub(super) fn find(table: &Table) -> Option<SplitSeconds> {
     let named: Vec<(usize, String, f64)> = table
         .headings

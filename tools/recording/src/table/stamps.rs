@@ -11,7 +11,8 @@ use crate::unit_label;
 /// Stamps from here on count from somewhere else, s, and cost digits if they are kept.
 const FAR_S: f64 = 1e7;
 
-/// Days that spreadsheets count from 1900, and MATLAB from the year 0: from 1954 to 2119, and from 1900 to 2190.
+/// Days that spreadsheets count from 1900, and MATLAB from the year 0: from 1954 to 2119, and from 1900 to
+/// 2190.
 const DAYS: [std::ops::Range<f64>; 2] = [20_000.0..80_000.0, 693_960.0..800_000.0];
 /// The longest interval that is taken for a part of a day, in its unit: 0.17 s.
 const SHORT_OF_A_DAY: f64 = 2e-6;
@@ -139,8 +140,8 @@ fn scale(table: &Table, time: &TimeColumn, raw: &[f64], remarks: &mut Vec<String
         return (scale, true);
     }
     let interval = raw.last().map_or(0.0, |last| (last - first) / raw.len().saturating_sub(1).max(1) as f64);
-    // Spreadsheets and MATLAB count days. In seconds such an interval would be that of a digitiser which has run for half a
-    // day and more.
+    // Spreadsheets and MATLAB count days. In seconds such an interval would be that of a digitiser which has
+    // run for half a day and more.
     let days = DAYS.iter().any(|days| days.contains(&first)) && interval > 0.0 && interval < SHORT_OF_A_DAY;
     if days {
         remarks.push(format!("the time `{}` counts days, as spreadsheets and MATLAB do", shorten(source)));

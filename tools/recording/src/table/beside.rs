@@ -2,7 +2,7 @@
 //! columns.
 
 use super::cells::{Separator, Value, split, value};
-use super::lines::Lines;
+use super::lines::{Lines, on_their_lines};
 
 /// Lines that are looked at, and lines at their end in which nothing stands beside the rows any more.
 const LOOKED_AT: usize = 120;
@@ -13,19 +13,8 @@ pub(super) fn without(text: &str) -> Option<String> {
     let separators = [b',', b';', b'\t'];
     let (separator, cut) =
         separators.into_iter().find_map(|separator| Some((separator, columns(text, separator)?)))?;
-    let mut rows = String::with_capacity(text.len());
-    let mut line = 1;
-    for row in Lines::new(text) {
-        // Blank lines stay, so that messages name the right ones.
-        while line < row.number {
-            rows.push('\n');
-            line += 1;
-        }
-        let rest = row.text.splitn(cut + 1, char::from(separator)).nth(cut).unwrap_or("");
-        rows.push_str(rest);
-    }
-    rows.push('\n');
-    Some(rows)
+    let row = |line: &str| line.splitn(cut + 1, char::from(separator)).nth(cut).unwrap_or("").to_owned();
+    Some(on_their_lines(text, row))
 }
 
 /// So many columns at the left hold something beside the first rows and nothing later, while the others hold

@@ -58,6 +58,21 @@ impl<'t> Iterator for Lines<'t> {
     }
 }
 
+/// A text with every line made anew. Blank lines stay, so that messages name the right ones.
+pub(super) fn on_their_lines(text: &str, mut row: impl FnMut(&str) -> String) -> String {
+    let mut made = String::with_capacity(text.len());
+    let mut number = 1;
+    for line in Lines::new(text) {
+        while number < line.number {
+            made.push('\n');
+            number += 1;
+        }
+        made.push_str(&row(line.text));
+    }
+    made.push('\n');
+    made
+}
+
 /// The text of a comment without its sign; `None` for a line that is none. A `;` only begins one where it separates nothing.
 pub(super) fn comment(text: &str, semicolon_separates: bool) -> Option<&str> {
     let text = text.trim_ascii_start();

@@ -3,7 +3,7 @@
 
 use super::cells::{Separator, Value, value};
 use super::clock;
-use super::lines::Lines;
+use super::lines::{Lines, on_their_lines};
 
 /// Lines that are looked at, and the share of them that has to be of this kind.
 const LOOKED_AT: usize = 60;
@@ -57,21 +57,6 @@ fn rewritten(text: &str, arrows: bool, names: &[&str]) -> (String, Separator) {
         head + &row
     };
     (on_their_lines(text, row), Separator::Byte(b'\t'))
-}
-
-/// Every line made anew, the blank ones kept.
-fn on_their_lines(text: &str, mut row: impl FnMut(&str) -> String) -> String {
-    let mut made = String::with_capacity(text.len());
-    let mut number = 1;
-    for line in Lines::new(text) {
-        while number < line.number {
-            made.push('\n');
-            number += 1;
-        }
-        made.push_str(&row(line.text));
-    }
-    made.push('\n');
-    made
 }
 
 /// The time of day that a terminal put before a line, and the line.

@@ -77,8 +77,9 @@ pub(crate) fn assemble(mut table: Table, options: &ReadOptions) -> Result<Conten
         }
     }
     let mut found = time(&table, options)?;
-    if let Time::Columns(column) = &found {
-        long::widen(&mut table, column.at);
+    if let Time::Columns(column) = &found
+        && long::widen(&mut table, column.at)
+    {
         found = time(&table, options)?;
     }
     if let Time::Columns(column) = &found {

@@ -5,14 +5,14 @@ use crate::heading::Heading;
 use crate::recording::shorten;
 
 /// Makes one column of every word of a column of text, where each stamp comes once with each word, always in
-/// the same order.
+/// the same order. Says whether it did.
 ///
 /// Read as they stand such rows would be several samples of one instant, and a signal that jumps between its
 /// axes.
-pub(super) fn widen(table: &mut Table, time: usize) {
+pub(super) fn widen(table: &mut Table, time: usize) -> bool {
     let count = table.columns.get(time).map_or(0, Vec::len);
     let found = (0..table.labels.len()).find_map(|at| Some((at, keys(table, time, at, count)?)));
-    let Some((at, words)) = found else { return };
+    let Some((at, words)) = found else { return false };
     let each = words.len();
     let rows = count / each;
     let (mut headings, mut columns, mut clocks) = (Vec::new(), Vec::new(), Vec::new());
@@ -41,6 +41,7 @@ pub(super) fn widen(table: &mut Table, time: usize) {
     table.lines = table.lines.iter().step_by(each).take(rows).copied().collect();
     table.labels.clear();
     (table.headings, table.columns) = (headings, columns);
+    true
 }
 
 /// The words of a column in the order in which every stamp has them.

@@ -101,7 +101,8 @@ impl Heading {
         let (word, whole) = (plain(&self.quantity), plain(&self.source));
         let time_unit = self.unit.as_deref().is_some_and(|unit| seconds(unit).is_some());
         let unit_fits = self.unit.is_none() || time_unit;
-        let begins = ["time", "zeit", "elapsed", "timestamp"].iter().any(|start| word.starts_with(start));
+        let begins = ["time", "zeit", "elapsed", "timestamp"].iter().any(|start| word.starts_with(start))
+            || ["time", "zeit"].iter().any(|end| word.ends_with(end));
         self.source == TIME_COLUMN
             || TIMES.contains(&whole.as_str())
             || unit_fits && (TIMES.contains(&word.as_str()) || position == 0 && begins)
@@ -171,7 +172,9 @@ fn split_unit(text: &str) -> Option<(&str, String)> {
         let surely =
             unit.starts_with(['[', '{']) || inner.contains(['/', '^', '*', '·', '²', 'µ', 'μ', '°', '%']);
         let unit = if surely { of_label(inner) } else { known(inner) };
-        return Some((quantity.trim(), unit?));
+        // Gauss is nothing that accelerates.
+        let accelerates = inner == "G" && quantity.to_lowercase().contains("acc");
+        return Some((quantity.trim(), unit.or_else(|| accelerates.then(|| "g".to_owned()))?));
     }
     for (sign, blanks) in [(" in ", true), (" / ", true), (", ", true), (":", false), ("/", false)] {
         if let Some((quantity, unit)) = text.split_once(sign)
@@ -181,6 +184,9 @@ fn split_unit(text: &str) -> Option<(&str, String)> {
         {
             return Some((quantity.trim(), found));
         }
+    }
+    if let Some(unit) = text.strip_prefix("in ").and_then(known) {
+        return Some((if seconds(&unit).is_some() { "time" } else { "" }, unit));
     }
     // `millis` is a unit; a single letter is rather a name, except for seconds.
     let whole = known(text).filter(|unit| text.chars().count() > 1 || unit == "s");
@@ -242,6 +248,9 @@ mod tests {
             ("speed_m_s", "speed", Some("m_s")),
             ("a / m/s²", "a", Some("m_s2")),
             ("Weg in µm", "Weg", Some("um")),
+            ("C1 in V", "C1", Some("V")),
+            ("accelerometerX(G)", "accelerometerX", Some("g")),
+            ("field(G)", "field_G", None),
             ("Force, N", "Force", Some("N")),
             ("Kraft:kN", "Kraft", Some("kN")),
             ("Acc. X (g)", "Acc_X", Some("g")),
@@ -281,6 +290,9 @@ mod tests {
             "t [us]",
             "s",
             "time since start",
+            "Relative Time",
+            "in s",
+            "Messzeit",
         ] {
             assert!(Heading::parse(text, 1, None).is_time(0), "{text}");
         }

@@ -57,6 +57,14 @@ impl Table {
         self.columns.iter().map(Vec::len).max().unwrap_or(0)
     }
 
+    /// Whether a column is the time by its name. What stands alone was measured, whatever it is called.
+    fn is_time(&self, at: usize) -> bool {
+        let holds = |column: &&Vec<f64>| column.iter().any(|value| value.is_finite());
+        self.headings.get(at).is_some_and(|heading| heading.is_time(at))
+            && self.columns.get(at).is_some_and(|column| holds(&column))
+            && self.columns.iter().filter(holds).count() > 1
+    }
+
     pub(super) fn is_empty_column(&self, at: usize) -> bool {
         self.columns.get(at).is_none_or(Vec::is_empty)
     }
@@ -116,10 +124,7 @@ fn time(table: &Table, options: &ReadOptions) -> Result<Time, Problem> {
         }
         None => {}
     }
-    let named = |at: &usize| {
-        !table.is_empty_column(*at)
-            && table.headings.get(*at).is_some_and(|heading| heading.is_time(*at) && table.has_header)
-    };
+    let named = |at: &usize| !table.is_empty_column(*at) && table.is_time(*at) && table.has_header;
     let all = 0..table.headings.len();
     let exact =
         all.clone().find(|at| table.headings.get(*at).is_some_and(|heading| heading.source == TIME_COLUMN));
@@ -175,6 +180,7 @@ fn columns(
     let is_of_clock = |at: usize| pair.is_some_and(|pair| at == pair.whole || at == pair.fraction);
     let mut left_out = Vec::new();
     let mut channels = Vec::new();
+    let times: Vec<bool> = (0..table.headings.len()).map(|at| table.is_time(at)).collect();
     for (at, (heading, samples)) in table.headings.into_iter().zip(table.columns).enumerate() {
         if time.contains(&at) {
             continue;
@@ -186,7 +192,7 @@ fn columns(
             || table.clocks.get(at) == Some(&true)
             || is_of_clock(at)
             || (if table.has_header { heading.is_counter() } else { at == 0 }) && counts(&samples)
-            || heading.is_time(at);
+            || times.get(at) == Some(&true);
         if nothing && !asked {
             left_out.push(format!("`{}`", shorten(&heading.source)));
             continue;

@@ -196,6 +196,18 @@ fn is_grouped(cell: &str) -> bool {
     }
 }
 
+/// A number whose thousands commas group, where nothing else can be meant: `12,345.6` and `1,234,567`.
+fn grouped_by_commas(cell: &str) -> Option<f64> {
+    let (whole, fraction) = cell.split_once('.').unwrap_or((cell, ""));
+    let mut groups = whole.trim_start_matches(['-', '+']).split(',');
+    let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
+    let first = groups.next().filter(|first| digits(first) && first.len() <= 3 && !first.starts_with('0'));
+    let commas = whole.matches(',').count();
+    let is_sure = first.is_some() && commas >= 1 && (commas >= 2 || digits(fraction));
+    let thousands = groups.all(|group| group.len() == 3 && digits(group));
+    (is_sure && thousands).then(|| cell.replace(',', "").parse().ok()).flatten()
+}
+
 fn comma_number(cell: &str) -> Option<f64> {
     let mut plain = String::with_capacity(cell.len());
     let (whole, fraction) = cell.split_once(',')?;
@@ -217,6 +229,9 @@ fn unusual(cell: &str, decimal_comma: bool) -> Value {
     }
     if word(&OVERFLOW) || (cell.len() > 2 && cell.bytes().all(|byte| byte == b'#')) {
         return Value::Overflow;
+    }
+    if let Some(number) = grouped_by_commas(cell).filter(|_| !decimal_comma) {
+        return Value::Number(number);
     }
     if is_grouped(cell) || !cell.bytes().any(|byte| byte.is_ascii_digit()) {
         return Value::Text;
@@ -282,6 +297,11 @@ mod tests {
             ("OVF", false, Value::Overflow),
             ("oops", false, Value::Text),
             ("1.2.3", false, Value::Text),
+            ("12,345.67", false, Value::Number(12345.67)),
+            ("-1,234,567", false, Value::Number(-1_234_567.0)),
+            ("12,345", false, Value::Text),
+            ("0,123.5", false, Value::Text),
+            ("1,23.5", false, Value::Text),
         ];
         for (cell, comma, wanted) in grid {
             assert_eq!(value(cell, comma), wanted, "{cell}");

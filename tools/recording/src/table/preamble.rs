@@ -6,7 +6,7 @@ use crate::heading::Heading;
 use crate::unit_label::{enclosed, hertz, of_label, seconds};
 
 /// Keys of the time from sample to sample, in small letters without signs.
-const INTERVALS: [&str; 17] = [
+const INTERVALS: [&str; 18] = [
     "sampleinterval",
     "samplinginterval",
     "sampleperiod",
@@ -24,9 +24,10 @@ const INTERVALS: [&str; 17] = [
     "interval",
     "samplingtime",
     "sampletime",
+    "hresolution",
 ];
 /// Keys of samples per time.
-const RATES: [&str; 12] = [
+const RATES: [&str; 15] = [
     "samplerate",
     "samplingrate",
     "samplefrequency",
@@ -39,6 +40,9 @@ const RATES: [&str; 12] = [
     "odr",
     "acquisitionrate",
     "scanrate",
+    "framerate",
+    "captureframerate",
+    "fps",
 ];
 
 /// Seconds from sample to sample that a number states by its name, such as `Fs`, `sampleRate` or

@@ -111,3 +111,85 @@ fn binary_data_with_a_line_end_in_it_is_still_no_text() {
         assert!(message.contains("binary"), "{message}");
     }
 }
+
+#[test]
+fn what_loggers_of_boards_and_terminals_put_before_a_line_is_the_time() {
+    let of_day = |k: u32| {
+        let ms = 600_100 + 4 * k;
+        format!("{:02}:{:02}:{:02}.{:03}", ms / 3_600_000, ms / 60_000 % 60, ms / 1000 % 60, ms % 1000)
+    };
+    type Before = Box<dyn Fn(u32) -> String>;
+    let stamps: [Before; 7] = [
+        Box::new(|k| format!("I ({}) imu: ", 400 + 4 * k)),
+        Box::new(|k| format!("D ({}) app: ", 400 + 4 * k)),
+        Box::new(|k| format!("\u{1b}[0;32mI ({}) imu: ", 400 + 4 * k)),
+        Box::new(move |k| format!("[{},000] <inf> imu: ", of_day(k))),
+        Box::new(move |k| format!("2026-11-28 {} ", of_day(k))),
+        Box::new(move |k| format!("[2026-11-28 {}] ", of_day(k))),
+        Box::new(move |k| format!("2026-11-28 {} - INFO - imu: ", of_day(k))),
+    ];
+    for (kind, stamp) in stamps.iter().enumerate() {
+        for head in ["", "Booting 1.2\n\n"] {
+            let labelled = rows(head, |k| format!("{}ax={} ay=0.5", stamp(k), signal(k)));
+            assert_holds(labelled.as_bytes(), "ax_raw", 0);
+            // Without labels only what is no usual table by itself needs a reader of its own.
+            if kind < 4 {
+                for between in [" ", ", ", "\t"] {
+                    let plain = rows(head, |k| format!("{}{}{between}0.5", stamp(k), signal(k)));
+                    assert_holds(plain.as_bytes(), "column_2_raw", 0);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn messages_about_a_log_name_its_own_lines() {
+    let log = rows("", |k| format!("t:{} ax:{}", if k == 9 { 0.0 } else { f64::from(k) * 0.004 }, signal(k)));
+    let message = parse_recording(log.as_bytes(), "log", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(message.contains("row 10,"), "{message}");
+}
+
+#[test]
+fn rows_in_the_brackets_of_python_are_rows() {
+    for (open, close) in [("(", ")"), ("[", "]"), ("[", "],")] {
+        for between in [", ", ","] {
+            let row = |k: u32| format!("{open}{}{between}{}{close}", f64::from(k) * 0.004, signal(k));
+            assert_holds(rows("", row).as_bytes(), "column_2_raw", 0);
+        }
+    }
+    for rest in ["'ay': None", "'ay': 0.5", "'ok': True"] {
+        let row = |k: u32| format!("{{'time_s': {}, 'ax_g': {}, {rest}}}", f64::from(k) * 0.004, signal(k));
+        assert_holds(rows("", row).as_bytes(), "ax_g", 0);
+    }
+}
+
+#[test]
+fn one_row_per_channel_is_turned() {
+    for separator in [",", ";", "\t", " "] {
+        for end in ["", separator] {
+            let line = |name: &str, cell: &dyn Fn(u32) -> String| {
+                let cells: Vec<String> = (0..300).map(cell).collect();
+                format!("{name}{separator}{}{end}\n", cells.join(separator))
+            };
+            let text = line("time_s", &|k| format!("{}", f64::from(k) * 0.004))
+                + &line("ax_g", &|k| signal(k).to_string())
+                + &line("ay_g", &|_| "0.5".to_owned());
+            assert_holds(text.as_bytes(), "ax_g", 0);
+        }
+    }
+}
+
+#[test]
+fn what_stands_alone_was_measured_whatever_it_is_called() {
+    for head in ["Waveform Data\n", "# X: s actual [mm]\n", "time\n", "Time,28-Nov-26,\nWaveform Data,,\n"] {
+        for (key, comma) in [("Sampling Period,4.000E-03,\n", ",,"), ("# Sample time: 4 ms\n", "")] {
+            let text = rows(&format!("{key}{head}"), |k| format!("{}{comma}", signal(k)));
+            let found = parse(text.as_bytes());
+            assert_eq!(found.recording.columns.len(), 1, "{text:.80}");
+            let samples = &found.recording.columns[0].samples;
+            assert!((0..200).all(|k| samples[k as usize] == signal(k)), "{text:.80}");
+            assert!((found.recording.time_s[100] - 0.4).abs() < 1e-9);
+        }
+    }
+}

@@ -14,12 +14,19 @@ pub(crate) struct Lines<'t> {
     rest: &'t str,
     number: u32,
     end: u8,
+    /// Lines at the beginning that are not the file's own.
+    before: u32,
 }
 
 impl<'t> Lines<'t> {
     pub(crate) fn new(text: &'t str) -> Self {
         let start = text.as_bytes().get(..65_536).unwrap_or(text.as_bytes());
-        Self { rest: text, number: 0, end: if start.contains(&b'\n') { b'\n' } else { b'\r' } }
+        Self { rest: text, number: 0, end: if start.contains(&b'\n') { b'\n' } else { b'\r' }, before: 0 }
+    }
+
+    /// The same where so many lines at the beginning are not the file's own: its lines keep their numbers.
+    pub(crate) fn after_own(self, before: u32) -> Self {
+        Self { before, ..self }
     }
 
     /// Leaves out so many lines.
@@ -41,7 +48,7 @@ impl<'t> Lines<'t> {
         let text = self.rest.get(..length).unwrap_or(self.rest);
         self.rest = self.rest.get(length + 1..).unwrap_or("");
         self.number = self.number.saturating_add(1);
-        Some(Line { text: text.trim_end_matches('\r'), number: self.number })
+        Some(Line { text: text.trim_end_matches('\r'), number: self.number.saturating_sub(self.before) })
     }
 }
 

@@ -16,9 +16,11 @@ mod long;
 mod preamble;
 mod rows;
 mod serial_log;
+mod sideways;
 mod spectrum;
 mod split_seconds;
 mod stamps;
+mod wrapped;
 
 pub use cells::Separator;
 
@@ -53,10 +55,12 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<(Table, Vec<St
     let mut given = Given { separator: options.separator, decimal_comma: options.decimal_comma };
     let plain = options.skip_lines.is_none() && given == Given::default();
     let (text, laid_out) = if plain { laid_out(text) } else { (text, None) };
-    if let Some(Layout::Labels(separator)) = laid_out {
+    if let Some(Layout::Labels(separator) | Layout::Sideways(separator)) = laid_out {
         given.separator = Some(separator);
     }
-    let lines = Lines::new(&text).skip_lines(options.skip_lines.unwrap_or(0));
+    // The names of a log stand in a line before it.
+    let before = u32::from(matches!(laid_out, Some(Layout::Labels(_))));
+    let lines = Lines::new(&text).after_own(before).skip_lines(options.skip_lines.unwrap_or(0));
     let dialect =
         match contract(&lines).filter(|_| given.separator.is_none() && given.decimal_comma.is_none()) {
             Some(dialect) => dialect,
@@ -76,7 +80,9 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<(Table, Vec<St
 enum Layout {
     Beside,
     Labels(Separator),
-    Arrows,
+    Stamps,
+    Sideways(Separator),
+    Wrapped,
 }
 
 impl Layout {
@@ -84,7 +90,9 @@ impl Layout {
         match self {
             Self::Beside => "what stands beside the first rows was left out",
             Self::Labels(_) => "every line names its values: read as a table of them",
-            Self::Arrows => "the time of day before `->` is the time, by the clock of the terminal",
+            Self::Stamps => "what a terminal or a logger put before every line is the time, by its clock",
+            Self::Sideways(_) => "every row is a channel: read as columns",
+            Self::Wrapped => "the brackets around every row were left out",
         }
         .to_owned()
     }
@@ -95,8 +103,14 @@ fn laid_out(text: Cow<'_, str>) -> (Cow<'_, str>, Option<Layout>) {
     if let Some((table, separator)) = serial_log::as_table(&text) {
         return (Cow::Owned(table), Some(Layout::Labels(separator)));
     }
-    if let Some(table) = serial_log::without_arrows(&text) {
-        return (Cow::Owned(table), Some(Layout::Arrows));
+    if let Some(table) = serial_log::stamps_as_cells(&text) {
+        return (Cow::Owned(table), Some(Layout::Stamps));
+    }
+    if let Some((table, separator)) = sideways::as_columns(&text) {
+        return (Cow::Owned(table), Some(Layout::Sideways(separator)));
+    }
+    if let Some(rows) = wrapped::without_brackets(&text) {
+        return (Cow::Owned(rows), Some(Layout::Wrapped));
     }
     match beside::without(&text) {
         Some(rows) => (Cow::Owned(rows), Some(Layout::Beside)),

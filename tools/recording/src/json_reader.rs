@@ -15,21 +15,7 @@ pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Prob
     let mut remarks = Vec::new();
     let document = document(&text, &mut remarks)?;
     let mut columns: Vec<Signal> = Vec::new();
-    let mut interval_s = None;
-    match &document {
-        Value::Array(records) => from_records(records, &mut columns),
-        Value::Object(members) => {
-            // The arrays lie at the top, or one level down as in stillbeam's own files.
-            let inner = members.get("columns").or_else(|| members.get("data")).unwrap_or(&document);
-            match inner {
-                Value::Object(members) => from_members(members, &mut columns),
-                Value::Array(records) => from_records(records, &mut columns),
-                _ => {}
-            }
-            interval_s = members.iter().find_map(|(name, value)| interval_of(name, value.as_f64()?));
-        }
-        _ => {}
-    }
+    let interval_s = signals(&document, &mut columns, DEEPEST);
     let longest = columns.iter().map(|column| column.values.len()).max().unwrap_or(0);
     let (kept, other): (Vec<_>, Vec<_>) =
         columns.into_iter().partition(|column| column.values.len() == longest);
@@ -49,6 +35,72 @@ pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Prob
     assemble(table, options)
 }
 
+/// Levels of objects that signals are looked for in.
+const DEEPEST: usize = 3;
+
+/// Adds the signals of a document, and gives the interval that it states: they lie at the top, in a member as in
+/// stillbeam's own files, or deeper where some program packed them with what it says about them.
+fn signals(document: &Value, columns: &mut Vec<Signal>, levels: usize) -> Option<f64> {
+    let members = match document {
+        Value::Array(records) => {
+            from_records(records, columns);
+            return None;
+        }
+        Value::Object(members) => members,
+        _ => return None,
+    };
+    match members.get("columns").or_else(|| members.get("data")).unwrap_or(document) {
+        Value::Object(members) => from_members(members, columns),
+        Value::Array(records) => from_records(records, columns),
+        _ => {}
+    }
+    if columns.is_empty() {
+        from_rows(members, columns);
+    }
+    let own = members.iter().find_map(|(name, value)| interval_of(name, value.as_f64()?));
+    if !columns.is_empty() || levels == 0 {
+        return own;
+    }
+    let deeper = members.values().filter(|member| member.is_object()).find_map(|member| {
+        let stated = signals(member, columns, levels - 1);
+        (!columns.is_empty()).then_some(stated)
+    });
+    deeper.flatten().or(own)
+}
+
+/// Rows of numbers (`"values": [[1, 2], [3, 4]]`), their names in an array beside them (`"sensors": [{"name": "x"},
+/// ...]`) or none.
+fn from_rows(members: &Map<String, Value>, columns: &mut Vec<Signal>) {
+    let rows = members.values().find_map(|member| {
+        let rows: Vec<&Vec<Value>> = member.as_array()?.iter().map(Value::as_array).collect::<Option<_>>()?;
+        let width = rows.first()?.len();
+        (width > 0 && rows.iter().all(|row| row.len() == width)).then_some((rows, width))
+    });
+    let Some((rows, width)) = rows else { return };
+    let names: Option<Vec<String>> = members.values().find_map(|member| {
+        let names = member.as_array().filter(|names| names.len() == width)?;
+        names.iter().map(name_of).collect()
+    });
+    for at in 0..width {
+        let values: Vec<Value> = rows.iter().filter_map(|row| row.get(at).cloned()).collect();
+        let name = names.as_ref().and_then(|names| names.get(at)).cloned();
+        columns.extend(signal(name.unwrap_or_else(|| format!("column_{}", at + 1)), &values));
+    }
+}
+
+/// What a description of a signal calls it, with its unit.
+fn name_of(description: &Value) -> Option<String> {
+    if let Some(name) = description.as_str() {
+        return Some(name.to_owned());
+    }
+    let text = |keys: [&str; 2]| keys.iter().find_map(|key| description.get(key)?.as_str());
+    let name = text(["name", "label"])?;
+    Some(match text(["units", "unit"]) {
+        Some(unit) => format!("{name} [{unit}]"),
+        None => name.to_owned(),
+    })
+}
+
 /// One array of numbers, or of dates as seconds after the first.
 struct Signal {
     name: String,
@@ -63,6 +115,12 @@ fn document(text: &str, remarks: &mut Vec<String>) -> Result<Value, Problem> {
         Ok(document) => return Ok(document),
         Err(error) => failed(&error),
     };
+    if let Some(text) = of_python(text)
+        && let Ok(records) = serde_json::Deserializer::from_str(&text).into_iter::<Value>().collect()
+    {
+        remarks.push("read as what Python prints, line by line".to_owned());
+        return Ok(Value::Array(records));
+    }
     let mut records = Vec::new();
     for record in serde_json::Deserializer::from_str(text).into_iter::<Value>() {
         match record {
@@ -76,6 +134,18 @@ fn document(text: &str, remarks: &mut Vec<String>) -> Result<Value, Problem> {
         }
     }
     Ok(Value::Array(records))
+}
+
+/// Objects as Python prints them (`{'t': 0.1, 'ax': None}`), as JSON; `None` for other text.
+fn of_python(text: &str) -> Option<String> {
+    let begins = text.trim_start().trim_start_matches('[').trim_start().strip_prefix('{')?;
+    begins.trim_start().starts_with('\'').then(|| {
+        let words = [("None", "null"), ("True", "true"), ("False", "false"), ("nan", "null")];
+        let words = words.iter().flat_map(|(python, json)| {
+            [(format!(": {python},"), format!(": {json},")), (format!(": {python}}}"), format!(": {json}}}"))]
+        });
+        words.fold(text.replace('\'', "\""), |text, (python, json)| text.replace(&python, &json))
+    })
 }
 
 fn number(value: &Value) -> Option<f64> {

@@ -54,7 +54,6 @@ fn read(bytes: &[u8]) -> Result<Table, Problem> {
     let after =
         |key: &str| header.split_once(key).map(|(_, rest)| rest.trim_start_matches([':', ' ', '\'', '"']));
     let descr = after("'descr'").ok_or_else(|| missing("type"))?;
-    let descr = descr.split(['\'', '"', ',']).next().unwrap_or_default().to_owned();
     let by_columns = after("'fortran_order'").ok_or_else(|| missing("order"))?.starts_with("True");
     let shape = after("'shape'").and_then(|rest| rest.strip_prefix('(')?.split(')').next());
     let shape: Vec<usize> = shape
@@ -68,8 +67,80 @@ fn read(bytes: &[u8]) -> Result<Table, Problem> {
         other => return Err(NpyProblem::Shape { dimensions: other.len() }.into()),
     };
     let data = bytes.get(start + length..).unwrap_or(&[]);
+    if descr.starts_with('[') {
+        return structured(data, descr, rows.saturating_mul(columns));
+    }
+    let descr = descr.split(['\'', '"', ',']).next().unwrap_or_default().to_owned();
     let numbers = numbers(data, &descr).ok_or_else(|| NpyProblem::Type { found: shorten(&descr) })?;
     Ok(table(numbers, rows, columns, by_columns))
+}
+
+/// An array of records: every field of one number is a column, and so is every place of a field of several.
+fn structured(data: &[u8], descr: &str, rows: usize) -> Result<Table, Problem> {
+    let unreadable = || NpyProblem::Type { found: shorten(descr) };
+    let fields = fields(descr).ok_or_else(unreadable)?;
+    let width: usize = fields.iter().map(|field| field.width * field.count).sum();
+    let kept = data.len().checked_div(width).unwrap_or(0).min(rows);
+    let mut table = Table { has_header: true, ..Table::default() };
+    let mut start = 0;
+    for field in &fields {
+        for place in 0..field.count {
+            let at = start + place * field.width;
+            let cells =
+                data.chunks_exact(width).take(kept).filter_map(|record| record.get(at..at + field.width));
+            let bytes: Vec<u8> = cells.flatten().copied().collect();
+            // Text and dates are no signals; what is left says so where nothing is left.
+            let Some(values) = numbers(&bytes, &field.descr) else { continue };
+            let number = if field.count > 1 { format!("_{}", place + 1) } else { String::new() };
+            let position = table.headings.len() + 1;
+            table.headings.push(Heading::parse(&format!("{}{number}", field.name), position, None));
+            table.columns.push(values);
+            table.clocks.push(false);
+        }
+        start += field.width * field.count;
+    }
+    if table.columns.is_empty() {
+        return Err(unreadable().into());
+    }
+    if kept < rows {
+        table.remarks.push(format!("the file is cut: {kept} of {rows} records were read"));
+    }
+    Ok(table)
+}
+
+/// A field of a record.
+struct Field {
+    name: String,
+    descr: String,
+    /// Bytes of one number, and how many there are.
+    width: usize,
+    count: usize,
+}
+
+/// The fields of `[('t', '<f8'), ('a', '<f4', (3,))]`, from the header's text on; `None` where it is written in another
+/// way.
+fn fields(descr: &str) -> Option<Vec<Field>> {
+    let end = descr.find(")]").or_else(|| descr.find("), ]"))?;
+    let mut fields = Vec::new();
+    for tuple in descr.get(2..end)?.split("), (") {
+        let mut parts = tuple.split(['\'', '"']);
+        let (_, name, _, descr) = (parts.next()?, parts.next()?, parts.next()?, parts.next()?);
+        let count = parts.collect::<String>().split(|c: char| !c.is_ascii_digit()).try_fold(
+            1_usize,
+            |all, side| {
+                if side.is_empty() { Some(all) } else { all.checked_mul(side.parse().ok()?) }
+            },
+        )?;
+        let width: usize = descr.trim_start_matches(['<', '>', '|', '=']).get(1..)?.parse().ok()?;
+        // A character of text has four bytes.
+        let width = if descr.contains('U') { 4 * width } else { width };
+        let is_sane = count > 0 && count < 1024 && width > 0 && width < 65_536;
+        fields.push(Field { name: name.to_owned(), descr: descr.to_owned(), width, count });
+        if !is_sane {
+            return None;
+        }
+    }
+    (!fields.is_empty()).then_some(fields)
 }
 
 /// The numbers of an array; `None` for a type that is none of real numbers.
@@ -172,5 +243,34 @@ mod tests {
         assert!(lying.columns.iter().map(Vec::len).sum::<usize>() <= 16);
         assert!(read(&npy("<c16", false, "(4,)", &f8)).is_err());
         assert!(read(&npy("<f8", false, "(2, 2, 2)", &f8)).is_err());
+    }
+
+    #[test]
+    fn records_give_a_column_for_every_number_of_every_field() {
+        let mut data = Vec::new();
+        for k in 0..20_u8 {
+            data.extend(f64::from(k).to_le_bytes());
+            data.extend([k, 7, 7]);
+            for axis in 0..3_u8 {
+                data.extend(f32::from(k * 3 + axis).to_be_bytes());
+            }
+        }
+        let descr = "[('t', '<f8'), ('id', 'S2'), ('n', '|u1'), ('acc', '>f4', (3,))]";
+        let bytes = |cut: usize| {
+            let mut bytes = npy("X", false, "(20,)", &data[..data.len() - cut]);
+            let header = String::from_utf8_lossy(&bytes[10..80]).into_owned();
+            let end = header.find('\n').unwrap();
+            let new = header[..=end].replace("'X'", descr);
+            bytes.splice(8..10 + end + 1, (new.len() as u16).to_le_bytes().into_iter().chain(new.bytes()));
+            bytes
+        };
+        let table = read(&bytes(0)).unwrap();
+        let names: Vec<&str> = table.headings.iter().map(|heading| heading.source.as_str()).collect();
+        assert_eq!(names, ["t", "n", "acc_1", "acc_2", "acc_3"]);
+        assert_eq!((table.columns[0][19], table.columns[4][19]), (19.0, 59.0));
+        assert!(table.columns[1].iter().all(|n| *n == 7.0));
+        let cut = read(&bytes(5)).unwrap();
+        assert_eq!((cut.columns[0].len(), cut.remarks.len()), (19, 1));
+        assert!(read(&npy("[('t', '<M8[ns]')]", false, "(4,)", &[0; 32])).is_err());
     }
 }

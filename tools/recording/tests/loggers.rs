@@ -132,6 +132,26 @@ fn json_is_read_as_it_is_written_and_as_others_write_it() {
 }
 
 #[test]
+fn json_that_packs_its_rows_with_what_it_says_about_them_is_read() {
+    let rows: Vec<String> = (0..200).map(|k| format!("[{}, 0.5]", signal(k))).collect();
+    let values = rows.join(",");
+    for names in [
+        r#""sensors": [{"name": "ax", "units": "g"}, {"name": "ay", "units": "g"}]"#,
+        r#""columns_of": ["ax_g", "ay_g"]"#,
+        r#""channels": [{"label": "ax_g"}, {"label": "ay_g"}]"#,
+    ] {
+        let inner = format!(r#"{{"interval_ms": 4, {names}, "values": [{values}]}}"#);
+        for text in [
+            inner.clone(),
+            format!(r#"{{"protected": {{"ver": "v1"}}, "payload": {inner}}}"#),
+            format!(r#"{{"sampleRate": 250, "a": {{"b": {}}}}}"#, inner.replace(r#""interval_ms": 4,"#, "")),
+        ] {
+            assert_holds(&read(&text), Format::Json, "ax_g", 1.0);
+        }
+    }
+}
+
+#[test]
 fn a_rate_that_is_given_overrules_every_stamp() {
     let options = ReadOptions { time: Some(TimeBase::IntervalS(0.004)), ..ReadOptions::default() };
     let texts = [

@@ -5,7 +5,7 @@ use rustfft::num_complex::Complex64;
 use crate::decay_model::DecayModel;
 use crate::error::IdentifyError;
 use crate::forced_model::pole;
-use crate::forced_record::{MIN_ROWS, present};
+use crate::forced_record::{MIN_ROWS, readings};
 use crate::free_decay::FreeDecayOptions;
 use crate::result::ModeShape;
 use crate::ringing::{DecayRecord, Ringing};
@@ -49,7 +49,7 @@ fn shares_of(
     column: &str,
     parameters: &[f64],
 ) -> Result<Vec<f64>, IdentifyError> {
-    let all = present(ringing.recording, column)?;
+    let all = readings(ringing.recording, column)?;
     let tame = without_wild(&all.values);
     let since = all.time_s.iter().map(|t| t - record.origin_s);
     let (time_s, output): (Vec<f64>, Vec<f64>) =

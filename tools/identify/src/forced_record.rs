@@ -6,6 +6,7 @@ use crate::error::IdentifyError;
 use crate::input_rest::{blows_alone, continued, median, rests_at_ends};
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::modal_response::{InputKind, OutputQuantity};
+use crate::readings::Readings;
 use crate::result::Rejected;
 use crate::time_stamps::{refuse_absurd_stamps, stamp_warnings};
 use crate::warnings::{Warning, WarningKind};
@@ -17,6 +18,27 @@ pub(crate) const MIN_ROWS: usize = 16;
 pub(crate) struct Present {
     pub(crate) time_s: Vec<f64>,
     pub(crate) values: Vec<f64>,
+}
+
+/// The readings of a column that was measured, each once; an error when there are too few.
+pub(crate) fn readings(recording: &Recording, column: &str) -> Result<Readings, IdentifyError> {
+    let Present { time_s, values } = present(recording, column)?;
+    let found = Readings::of(column, time_s, values);
+    if found.values.len() < MIN_ROWS {
+        return Err(too_few(recording, column, found.values.len()));
+    }
+    refuse_absurd_stamps(recording, &found.time_s)?;
+    Ok(found)
+}
+
+fn too_few(recording: &Recording, column: &str, found: usize) -> IdentifyError {
+    IdentifyError::TooFewSamples {
+        recording: recording.name.clone(),
+        column: column.to_owned(),
+        found,
+        required: MIN_ROWS,
+        context: "",
+    }
 }
 
 /// The present samples of a column; an error when there are too few.
@@ -32,13 +54,7 @@ pub(crate) fn present(recording: &Recording, column: &str) -> Result<Present, Id
     let rows = recording.time_s.iter().zip(samples).filter(|(_, value)| value.is_finite());
     let (time_s, values): (Vec<f64>, Vec<f64>) = rows.unzip();
     if time_s.len() < MIN_ROWS {
-        return Err(IdentifyError::TooFewSamples {
-            recording: recording.name.clone(),
-            column: column.to_owned(),
-            found: time_s.len(),
-            required: MIN_ROWS,
-            context: "",
-        });
+        return Err(too_few(recording, column, time_s.len()));
     }
     refuse_absurd_stamps(recording, &time_s)?;
     Ok(Present { time_s, values })
@@ -135,7 +151,7 @@ impl ForcedRecord {
             option,
         };
         let input = present(recording, input_column)?;
-        let output = present(recording, output_column)?;
+        let output = readings(recording, output_column)?;
         let input_kind = match kinds.0.or_else(|| input_kind(&unit_of(input_column))) {
             Some(kind) if input_column != TIME_COLUMN => kind,
             _ => {
@@ -190,6 +206,7 @@ impl ForcedRecord {
         warnings.extend(crate::signal_checks::clipping(input_column, &input.values));
         warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
+        warnings.extend(output.remarks.into_iter().map(Warning::from));
         let (knots_s, centred) = continued(input_time_s, centred, margin_s, rests);
         Ok(Self {
             name: recording.name.clone(),

@@ -63,6 +63,7 @@ mod narrow_band;
 mod noise;
 mod output_only;
 pub mod poles;
+mod readings;
 mod real_pole;
 mod record_kind;
 mod resolution;

@@ -4,7 +4,7 @@ use stillbeam_recording::Recording;
 
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
-use crate::forced_record::{MIN_ROWS, present, refuse_constant};
+use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
 use crate::modal_response::{Pole, free_response};
 use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy};
@@ -70,10 +70,11 @@ const LONG_ENOUGH: f64 = 0.5;
 
 impl<'r> Ringing<'r> {
     pub(crate) fn new(recording: &'r Recording, options: &FreeDecayOptions) -> Result<Self, IdentifyError> {
-        let mut all = present(recording, &options.output)?;
+        let mut all = readings(recording, &options.output)?;
         refuse_constant(recording, &options.output, &all.values)?;
         let mut warnings = clipping(&options.output, &all.values);
         warnings.extend(stamp_warnings(&recording.name, &all.time_s, &all.values));
+        warnings.extend(std::mem::take(&mut all.remarks).into_iter().map(Warning::from));
         if let Some(end_s) = options.end_s {
             let rows = all.time_s.partition_point(|t| *t <= end_s);
             all.time_s.truncate(rows);

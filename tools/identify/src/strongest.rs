@@ -7,7 +7,7 @@
 use stillbeam_recording::Recording;
 
 use crate::decay_modes::Uniform;
-use crate::forced_record::{present, unit_of};
+use crate::forced_record::{readings, unit_of};
 use crate::narrow_band::WholeSpectrum;
 
 /// How far a line stands above the noise around it, as a ratio of powers, to be spoken of. Of noise alone the
@@ -58,7 +58,7 @@ pub fn loudest_line_hz(recording: &Recording, column: &str) -> Option<f64> {
 /// `None` for a column that stands still, or only ever rises or falls as a clock, a counter and a battery do.
 fn shown(recording: &Recording, column: &str) -> Option<Shown> {
     // What cannot be read is left to the reader, who says why.
-    let Ok(present) = present(recording, column) else {
+    let Ok(present) = readings(recording, column) else {
         return Some(Shown { rms: 0.0, loudest_hz: 0.0, stands_out: 0.0 });
     };
     let pairs = || present.values.windows(2);

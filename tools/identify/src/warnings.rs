@@ -128,6 +128,22 @@ pub enum WarningKind {
         /// Time (s) and value (the column's unit) of each.
         samples: Vec<[f64; 2]>,
     },
+    /// A column holds every reading for several rows: the sensor is slower than the recorder.
+    HeldReadings {
+        /// The column.
+        column: String,
+        /// How many rows a reading is held for, on average.
+        rows_each: f64,
+    },
+    /// A column holds a value that stands for "no reading".
+    LostReadings {
+        /// The column.
+        column: String,
+        /// That value, in the column's unit.
+        value: f64,
+        /// In how many rows.
+        count: usize,
+    },
     /// A column stands still from here to the end although the structure was still moving.
     NothingChanges {
         /// The column.
@@ -394,6 +410,12 @@ impl WarningKind {
                     if samples.len() > named.len() { ", ..." } else { "" }
                 )
             }
+            Self::HeldReadings { column, rows_each } => format!(
+                "column `{column}` holds every reading for {rows_each:.1} rows: the sensor is slower than the recorder, and each reading was taken once"
+            ),
+            Self::LostReadings { column, value, count } => format!(
+                "column `{column}` is {value} in {count} rows, far outside all others: taken as no reading, and left out"
+            ),
             Self::NothingChanges { column, at_s, level } => format!(
                 "column `{column}`: nothing changes after {at_s:.3} s (it stays at {level}): the sensor or its cable failed there; what came before was fitted (`--end {at_s:.3}` says so)"
             ),

@@ -5,7 +5,7 @@ use rustfft::num_complex::Complex64;
 use stillbeam_recording::Recording;
 
 use crate::error::IdentifyError;
-use crate::forced_record::{MIN_ROWS, present};
+use crate::forced_record::{MIN_ROWS, present, readings};
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
 use crate::spectra::{CrossSpectra, Window};
 
@@ -30,7 +30,7 @@ impl UniformRecord {
     /// # Errors
     /// [`IdentifyError`] when a column is missing or has too few samples.
     pub fn from_recording(recording: &Recording, input: &str, output: &str) -> Result<Self, IdentifyError> {
-        let (u, y) = (present(recording, input)?, present(recording, output)?);
+        let (u, y) = (present(recording, input)?, readings(recording, output)?);
         let ends = |times: &[f64]| match (times.first(), times.last()) {
             (Some(first), Some(last)) => (*first, *last),
             _ => (0.0, 0.0),

@@ -18,7 +18,7 @@ use crate::column::Column;
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
-use crate::forced_record::present;
+use crate::forced_record::readings;
 use crate::poles::{
     ContinuousPole, OrderPoles, PoleMethod, StabilisationChart, Survey, Tolerances, decimated,
 };
@@ -84,7 +84,7 @@ pub fn identify_output_only(
         .outputs
         .iter()
         .map(|column| {
-            present(recording, column).map(|all| Uniform::new(&all.time_s, &without_wild(&all.values)))
+            readings(recording, column).map(|all| Uniform::new(&all.time_s, &without_wild(&all.values)))
         })
         .collect::<Result<_, _>>()?;
     let Some(first) = uniform.first() else {

@@ -14,7 +14,7 @@ use super::{
 use crate::MAX_MODES;
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
-use crate::forced_record::{MIN_ROWS, present};
+use crate::forced_record::{MIN_ROWS, readings};
 use crate::frf::{
     AveragedSpectra, DEFAULT_SEGMENTS, FrfEstimate, LocalOptions, UniformRecord, local_polynomial,
     local_rational,
@@ -203,7 +203,7 @@ pub fn survey_decay_of(
     window_s: [f64; 2],
     highest_hz: f64,
 ) -> Result<Survey, IdentifyError> {
-    let decay = present(recording, column)?;
+    let decay = readings(recording, column)?;
     let inside = decay.time_s.iter().zip(&decay.values);
     let (time_s, values): (Vec<f64>, Vec<f64>) =
         inside.filter(|(t, _)| (window_s[0]..=window_s[1]).contains(*t)).unzip();

@@ -21,7 +21,7 @@ use stillbeam_recording::Recording;
 
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
-use crate::forced_record::present;
+use crate::forced_record::readings;
 use crate::wild_samples::without_wild;
 
 pub use ridge::SweepLine;
@@ -113,7 +113,7 @@ impl Recognised {
 /// # Errors
 /// [`IdentifyError`] when the column is missing or has too few samples.
 pub fn recognise(recording: &Recording, column: &str) -> Result<Recognised, IdentifyError> {
-    let present = present(recording, column)?;
+    let present = readings(recording, column)?;
     Ok(recognise_signal(&present.time_s, &present.values))
 }
 

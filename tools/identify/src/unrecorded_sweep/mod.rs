@@ -18,7 +18,7 @@ pub use signal::SweepShape;
 
 use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
-use crate::forced_record::{present, quantity_of, refuse_constant};
+use crate::forced_record::{quantity_of, readings, refuse_constant};
 use crate::modal_response::OutputQuantity;
 use align::{Evened, align};
 use fit::{Fitted, fitted};
@@ -59,7 +59,7 @@ pub fn find_sweep(
     quantity: Option<OutputQuantity>,
     plan: &SweepPlan,
 ) -> Result<FoundSweep, IdentifyError> {
-    let column = present(recording, output)?;
+    let column = readings(recording, output)?;
     let quantity = quantity_of(recording, output, quantity)?;
     refuse_constant(recording, output, &column.values)?;
     let uniform = Uniform::new(&column.time_s, &column.values);

@@ -2,7 +2,7 @@
 
 use super::labels::Labels;
 use super::stamps::{self, TimeColumn};
-use super::{counters, long, spectrum, split_seconds};
+use super::{counters, long, spectrum, split_seconds, turns};
 use crate::channels::{Channel, select};
 use crate::column_name::unit_of;
 use crate::content::{Content, Signals};
@@ -103,7 +103,8 @@ pub(crate) fn assemble(mut table: Table, options: &ReadOptions) -> Result<Conten
         }
         Time::Interval(interval_s) => (0..count).map(|k| k as f64 * interval_s).collect(),
     };
-    let columns = columns(table, &taken, &options.columns, &mut remarks)?;
+    let mut columns = columns(table, &taken, &options.columns, &mut remarks)?;
+    turns::go_on(&mut columns, &mut remarks);
     Ok(Content { signals: Signals::OverTime(time_s, columns), remarks })
 }
 

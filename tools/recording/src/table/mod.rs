@@ -20,6 +20,7 @@ mod sideways;
 mod spectrum;
 mod split_seconds;
 mod stamps;
+mod turns;
 mod wrapped;
 
 pub use cells::Separator;

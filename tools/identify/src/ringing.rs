@@ -108,7 +108,11 @@ impl<'r> Ringing<'r> {
         }
         let found = self.recognised(from);
         match found.kind {
-            RecordKind::FreeDecay => {}
+            RecordKind::FreeDecay => {
+                if let Some(until_s) = found.moved_until_s.filter(|_| options.start_s.is_none()) {
+                    self.first = self.first.max(self.time_s.partition_point(|t| *t < until_s));
+                }
+            }
             RecordKind::Pulse => {
                 self.kind = RecordKind::Pulse;
                 if options.start_s.is_none() && options.end_s.is_none() {

@@ -23,8 +23,14 @@ const EXPLAINED: f64 = 0.6;
 const FALLS: f64 = 0.2;
 /// The same of each oscillation over the record.
 const ONE_FALLS: f64 = 0.2;
+/// Share of the energy that oscillations explain where nothing drives them any more.
+const RINGS: f64 = 0.9;
 /// The same where nothing but the course speaks for a decay, and how much of the course is falling.
 const FALLS_STEADILY: (f64, f64) = (0.7, 0.85);
+/// Share of the energy that oscillations explain of what is a decay beyond doubt.
+const BEYOND_DOUBT: f64 = 0.97;
+/// Share of the energy that may come before the peak of what is a decay beyond doubt: a sweep builds its resonance up.
+const NOTHING_BEFORE: f64 = 0.02;
 /// Share of the energy that may come before the peak.
 const BEFORE: f64 = 0.35;
 
@@ -53,6 +59,23 @@ pub(super) fn is_decay(signal: &[f64], interval_s: f64) -> bool {
     fall > FALLS && explained(&signal[peak * block..], interval_s) > EXPLAINED
 }
 
+/// Whether a signal is a decay beyond doubt: nothing is loud before its peak, and a few oscillations that decay explain
+/// nearly all that follows.
+pub(super) fn is_plain(signal: &[f64], interval_s: f64) -> bool {
+    let block = (signal.len() / BLOCKS).max(4);
+    let loudness: Vec<f64> = signal.chunks(block).map(rms).collect();
+    let top = |a: &usize, b: &usize| loudness[*a].total_cmp(&loudness[*b]);
+    let Some(peak) = (0..loudness.len()).rev().max_by(top) else { return false };
+    let energy = |some: &[f64]| some.iter().map(|r| r * r).sum::<f64>();
+    let quiet_before = energy(&loudness[..peak]) < NOTHING_BEFORE * energy(&loudness);
+    quiet_before && explained(&signal[peak * block..], interval_s) > BEYOND_DOUBT
+}
+
+/// Whether a few oscillations that decay at all explain nearly all of a signal.
+pub(super) fn rings(signal: &[f64], interval_s: f64) -> bool {
+    explained_by(signal, interval_s, 0.0) > RINGS
+}
+
 /// Share of the scatter of the logarithm of a loudness that the best falling curve explains.
 fn share_falling(loudness: &[f64]) -> f64 {
     let logs: Vec<f64> = loudness.iter().map(|r| r.max(f64::MIN_POSITIVE).ln()).collect();
@@ -77,6 +100,11 @@ fn share_falling(loudness: &[f64]) -> f64 {
 
 /// Share of a signal's energy that the oscillations of its realisation explain that decay.
 fn explained(signal: &[f64], interval_s: f64) -> f64 {
+    explained_by(signal, interval_s, ONE_FALLS)
+}
+
+/// The same of the oscillations that fall by more than so many nepers over the signal.
+fn explained_by(signal: &[f64], interval_s: f64, least_fall: f64) -> f64 {
     let Some(loudest_hz) = WholeSpectrum::new(signal, interval_s).strongest_hz() else { return 0.0 };
     let (mut slow, step_s) = decimated(signal, interval_s, PER_PERIOD * loudest_hz);
     slow.truncate(MOST);
@@ -86,7 +114,7 @@ fn explained(signal: &[f64], interval_s: f64) -> f64 {
     for pole in eigensystem_realisation(&slow, step_s, ORDER.min(slow.len() / 6)) {
         // Lines that stay are no decay, and heavy damping fits anything.
         let falls = std::f64::consts::TAU * pole.frequency_hz * pole.damping_ratio * length_s;
-        if falls > ONE_FALLS && pole.damping_ratio < 0.9 {
+        if falls > least_fall && pole.damping_ratio < 0.9 {
             let pole = Pole { frequency_hz: pole.frequency_hz, damping_ratio: pole.damping_ratio };
             free_response(pole, 0.0, &time_s).into_iter().for_each(|column| basis.push(column));
         }

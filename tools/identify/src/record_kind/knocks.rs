@@ -13,7 +13,7 @@ use crate::poles::decimated;
 /// Samples per period of the loudest frequency at which the record is looked at.
 const PER_PERIOD: f64 = 8.0;
 /// Order of the autoregression.
-const ORDER: usize = 12;
+pub(super) const ORDER: usize = 12;
 /// Samples over which errors of the prediction count together: beneath noise a knock is not foreseen for a
 /// while.
 const TOGETHER: usize = 6;
@@ -37,7 +37,7 @@ pub(super) fn knocks(signal: &[f64], interval_s: f64) -> Vec<f64> {
     if slow.len() < 4 * window || slow.len() < 6 * ORDER {
         return Vec::new();
     }
-    let Some(errors) = prediction_errors(&slow) else { return Vec::new() };
+    let Some(errors) = Autoregression::of(&slow).map(|one| one.errors(&slow)) else { return Vec::new() };
     let usual = (median(errors.iter().map(|e| e.abs()).collect()) / 0.6745).max(1e-9 * rms(&slow));
     let loudness = |from: usize, to: usize| rms(&slow[from.min(slow.len())..to.min(slow.len())]);
     let mut found: Vec<(usize, f64)> = Vec::new();
@@ -68,15 +68,32 @@ pub(super) fn knocks(signal: &[f64], interval_s: f64) -> Vec<f64> {
     found.iter().filter(|one| one.1 > COUNTS * loudest).map(|one| one.0 as f64 * step_s).collect()
 }
 
-/// Errors of the least-squares autoregression, from its order on.
-fn prediction_errors(signal: &[f64]) -> Option<Vec<f64>> {
-    let rows = signal.len() - ORDER;
-    let past = DMatrix::from_fn(rows, ORDER, |row, lag| signal[row + ORDER - 1 - lag]);
-    let next = DVector::from_fn(rows, |row, _| signal[row + ORDER]);
-    let mut square = past.transpose() * &past;
-    let ridge = 1e-10 * square.trace() / ORDER as f64;
-    (0..ORDER).for_each(|k| square[(k, k)] += ridge.max(f64::MIN_POSITIVE));
-    let weights = square.cholesky()?.solve(&(past.transpose() * &next));
-    let errors = next - past * weights;
-    errors.iter().all(|e| e.is_finite()).then(|| errors.iter().copied().collect())
+/// What foresees each sample from those before it.
+pub(super) struct Autoregression {
+    weights: DVector<f64>,
+}
+
+impl Autoregression {
+    /// The least-squares one of a signal.
+    pub(super) fn of(signal: &[f64]) -> Option<Self> {
+        let rows = signal.len().checked_sub(ORDER).filter(|rows| *rows > ORDER)?;
+        let past = past_of(signal, rows);
+        let next = DVector::from_fn(rows, |row, _| signal[row + ORDER]);
+        let mut square = past.transpose() * &past;
+        let ridge = 1e-10 * square.trace() / ORDER as f64;
+        (0..ORDER).for_each(|k| square[(k, k)] += ridge.max(f64::MIN_POSITIVE));
+        let weights = square.cholesky()?.solve(&(past.transpose() * &next));
+        weights.iter().all(|w| w.is_finite()).then_some(Self { weights })
+    }
+
+    /// Errors of the prediction of a signal, from the order on.
+    pub(super) fn errors(&self, signal: &[f64]) -> Vec<f64> {
+        let rows = signal.len().saturating_sub(ORDER);
+        let foreseen = past_of(signal, rows) * &self.weights;
+        (0..rows).map(|row| signal[row + ORDER] - foreseen[row]).collect()
+    }
+}
+
+fn past_of(signal: &[f64], rows: usize) -> DMatrix<f64> {
+    DMatrix::from_fn(rows, ORDER, |row, lag| signal[row + ORDER - 1 - lag])
 }

@@ -10,6 +10,8 @@ use crate::narrow_band::WholeSpectrum;
 const OF_TONE: f64 = 0.5;
 pub(super) const ALONE: f64 = 0.9;
 const BINS: usize = 2;
+/// Periods below which a line is as wide as anything else.
+const FEW_PERIODS: f64 = (2 * BINS + 1) as f64;
 /// A tone's harmonics that count.
 const HARMONICS: usize = 8;
 /// Share of its wider band that a tone's own bins hold; a resonance under noise is wider than a line.
@@ -53,6 +55,12 @@ pub(super) fn tone(signal: &[f64], interval_s: f64) -> Option<Tone> {
     let is_narrow = within(top, BINS) > NARROW * within(top, WIDER.min(top / 2 + BINS));
     let is_line = top > 2 * BINS && is_narrow && lines > OF_TONE * all;
     is_line.then(|| Tone { hz: top as f64 * bin_hz, share: lines / all })
+}
+
+/// Whether a signal has too few periods of its loudest frequency for a line to show.
+pub(super) fn is_short(signal: &[f64], interval_s: f64) -> bool {
+    let strongest_hz = WholeSpectrum::new(signal, interval_s).strongest_hz();
+    strongest_hz.is_some_and(|hz| hz * signal.len() as f64 * interval_s < FEW_PERIODS)
 }
 
 /// The period of a signal that repeats itself at least twice, s.

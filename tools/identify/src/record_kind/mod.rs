@@ -1,6 +1,7 @@
 //! Which kind of record it is, where nobody says what drove it.
 //!
-//! Five features of the signal alone decide, in this order:
+//! Six features of the signal alone decide, in this order:
+//! 0. **A move** ([`moved`]): what begins at one place and ends ringing freely about another is a decay from there on.
 //! 1. **A line that drifts** ([`ridge`]): in the spectrogram, every frequency set against its own median over
 //!    time, a sweep is a straight line over time or over its logarithm.
 //! 2. **Knocks** ([`knocks`]): instants that the record's own autoregression does not foresee and after which
@@ -14,6 +15,7 @@
 mod course;
 mod knocks;
 mod lines;
+mod moved;
 mod ridge;
 
 use serde::{Deserialize, Serialize};
@@ -72,17 +74,24 @@ pub struct Recognised {
     pub tone_hz: Option<f64>,
     /// Period of a multisine, s.
     pub period_s: Option<f64>,
+    /// From when on a structure that was moved rings freely, s.
+    pub moved_until_s: Option<f64>,
 }
 
 impl Recognised {
     fn of(kind: RecordKind) -> Self {
-        Self { kind, sweep: None, knocks_s: Vec::new(), tone_hz: None, period_s: None }
+        Self { kind, sweep: None, knocks_s: Vec::new(), tone_hz: None, period_s: None, moved_until_s: None }
     }
 
     /// The sentence for people.
     pub fn statement(&self) -> String {
         match self.kind {
-            RecordKind::FreeDecay => "It is a free decay: it falls and does not come back.".to_owned(),
+            RecordKind::FreeDecay => match self.moved_until_s {
+                Some(until_s) => {
+                    format!("It was moved, and rings freely about its new place from {until_s:.3} s on.")
+                }
+                None => "It is a free decay: it falls and does not come back.".to_owned(),
+            },
             RecordKind::Sweep => match &self.sweep {
                 Some(line) => format!("It is a sweep: {}.", line.words()),
                 None => "It is a sweep.".to_owned(),
@@ -121,9 +130,19 @@ pub fn recognise(recording: &Recording, column: &str) -> Result<Recognised, Iden
 pub(crate) fn recognise_signal(time_s: &[f64], values: &[f64]) -> Recognised {
     let origin_s = time_s.first().copied().unwrap_or(0.0);
     let uniform = Uniform::new(time_s, &without_wild(values));
-    let signal = without_trend(uniform.samples());
     let interval_s = uniform.interval_s;
-    if let Some(line) = ridge::sweep_line(&signal, interval_s) {
+    if let Some(row) = moved::rings_from(uniform.samples(), interval_s)
+        && let ringing = without_mean(&uniform.samples()[row..])
+        && course::is_decay(&ringing, interval_s)
+        && course::rings(&ringing, interval_s)
+        && ridge::sweep_line(&differences(uniform.samples()), interval_s).is_none()
+    {
+        let until_s = origin_s + row as f64 * interval_s;
+        return Recognised { moved_until_s: Some(until_s), ..Recognised::of(RecordKind::FreeDecay) };
+    }
+    let signal = without_trend(uniform.samples());
+    let is_plain = course::is_plain(&signal, interval_s);
+    if let Some(line) = ridge::sweep_line(&signal, interval_s).filter(|_| !is_plain) {
         return Recognised { sweep: Some(line.after(origin_s)), ..Recognised::of(RecordKind::Sweep) };
     }
     let knocks = knocks::knocks(&signal, interval_s);
@@ -147,6 +166,10 @@ pub(crate) fn recognise_signal(time_s: &[f64], values: &[f64]) -> Recognised {
     }
     if let Some(loudest) = tone {
         return of_tone(loudest);
+    }
+    // Of a few periods nothing tells a tone from what hardly decays: the fit says what they are worth.
+    if lines::is_short(&signal, interval_s) && course::rings(&signal, interval_s) {
+        return Recognised::of(RecordKind::FreeDecay);
     }
     Recognised::of(RecordKind::Random)
 }
@@ -210,6 +233,16 @@ pub(crate) fn without_trend(signal: &[f64]) -> Vec<f64> {
     }
     let slope = if spread > 0.0 { moment / spread } else { 0.0 };
     signal.iter().enumerate().map(|(k, value)| value - mean - slope * (k as f64 - middle)).collect()
+}
+
+/// The steps from sample to sample: a shift of the level is one of them, and hides no line.
+fn differences(signal: &[f64]) -> Vec<f64> {
+    signal.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+fn without_mean(signal: &[f64]) -> Vec<f64> {
+    let mean = signal.iter().sum::<f64>() / signal.len().max(1) as f64;
+    signal.iter().map(|y| y - mean).collect()
 }
 
 /// Root of the mean square.

@@ -35,6 +35,10 @@ const BESIDE: f64 = 1.5;
 /// that starts and stops, holds little of it.
 const HOLDS: f64 = 0.25;
 
+/// Share of a segment's energy that the line holds at least, in half of the segments between its ends: a loud frequency
+/// that the line crosses once holds all that a record has, but only there.
+const HOLDS_EACH: f64 = 0.1;
+
 /// A frequency that moves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SweepLine {
@@ -189,14 +193,16 @@ impl Spectrogram {
             }
         }
         let count = on_line.iter().filter(|on| **on).count();
-        let energy: [f64; 2] = (a.segment..=b.segment)
+        let each: Vec<[f64; 2]> = (a.segment..=b.segment)
             .map(|segment| self.on_and_all(segment, at(segment), at(segment + 1)))
-            .fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+            .collect();
+        let energy = each.iter().fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+        let in_most = 2 * each.iter().filter(|one| one[0] > HOLDS_EACH * one[1]).count() >= each.len();
         let covered = b.segment - a.segment + 1;
         let passes = count >= FEWEST
             && count as f64 >= ON_LINE * covered as f64
             && louder as f64 >= 0.7 * f64::from(compared.max(1));
-        let passes = passes && energy[0] > HOLDS * energy[1];
+        let passes = passes && energy[0] > HOLDS * energy[1] && in_most;
         let time_s = |segment: usize| self.first_s + segment as f64 * self.step_s;
         passes.then(|| {
             let line = SweepLine {

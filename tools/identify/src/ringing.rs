@@ -7,7 +7,7 @@ use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
 use crate::modal_response::{Pole, free_response};
-use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy};
+use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy, without_trend};
 use crate::result::Rejected;
 use crate::signal_checks::clipping;
 use crate::sound_part::SoundPart;
@@ -58,6 +58,10 @@ const QUIET: f64 = 1.5;
 const QUIET_BLOCKS: usize = 10;
 /// How much of the noise after the decay is kept, as a share of the decay.
 const KEPT_NOISE: f64 = 0.5;
+/// Share of the record over which a tone sounds that was there before and after the decay.
+const ALL_THE_TIME: f64 = 0.9;
+/// Share of a signal's scatter that a straight line explains where it drifts.
+const DRIFTS: f64 = 0.8;
 /// A quiet end is cut when it is longer than this share of what follows the peak.
 const LONG_QUIET: f64 = 0.5;
 
@@ -97,7 +101,29 @@ impl<'r> Ringing<'r> {
             warnings,
         };
         ringing.recognise(options)?;
+        ringing.take_tones_out();
+        ringing.take_drift_out();
         Ok(ringing)
+    }
+
+    /// Takes out the tones that sound all the time: a hum as loud as the decay would hide where it begins and what
+    /// explains it.
+    fn take_tones_out(&mut self) {
+        let all_s = self.time_s[self.time_s.len() - 1] - self.time_s[0];
+        let lasts = |tone: &&Tone| tone.window_s[1] - tone.window_s[0] > ALL_THE_TIME * all_s;
+        let basis = tones_over(self.tones.iter().filter(lasts), &self.time_s);
+        basis.remove_from(&mut self.values);
+    }
+
+    /// Takes the straight line out of a signal that is mostly one: seen from its end a sensor that drifts is farthest
+    /// away at its beginning, whatever rings there.
+    fn take_drift_out(&mut self) {
+        let from = self.first.min(self.values.len());
+        let signal = &self.values[from..];
+        let left = without_trend(signal);
+        if mean_square(&left) < (1.0 - DRIFTS) * mean_square(signal) {
+            self.values.splice(from.., left);
+        }
     }
 
     /// Refuses what is no decay; of several knocks keeps the loudest one and its decay.
@@ -152,12 +178,7 @@ impl<'r> Ringing<'r> {
         if self.tones.is_empty() || matches!(found.kind, RecordKind::FreeDecay | RecordKind::Pulse) {
             return found;
         }
-        let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
-        let mut basis = Orthonormal::default();
-        for tone in &self.tones {
-            let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
-            free_response(pole, 0.0, &since).into_iter().for_each(|column| basis.push(column));
-        }
+        let basis = tones_over(self.tones.iter(), time_s);
         let mut left = self.values[from..].to_vec();
         basis.remove_from(&mut left);
         let without = recognise_signal(time_s, &left);
@@ -264,6 +285,22 @@ impl<'r> Ringing<'r> {
     pub(crate) fn too_short(&self, found: usize) -> IdentifyError {
         too_short(self.recording, &self.column, found)
     }
+}
+
+/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that leaves
+/// grows with time.
+fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orthonormal {
+    let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
+    let mut basis = Orthonormal::default();
+    for tone in tones {
+        let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
+        for column in free_response(pole, 0.0, &since) {
+            let turned: Vec<f64> = column.iter().zip(&since).map(|(y, t)| y * t).collect();
+            basis.push(column);
+            basis.push(turned);
+        }
+    }
+    basis
 }
 
 fn too_short(recording: &Recording, column: &str, found: usize) -> IdentifyError {

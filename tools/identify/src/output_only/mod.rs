@@ -25,6 +25,7 @@ use crate::poles::{
 use crate::result::{Estimate, IdentifiedModes, Rejected};
 use crate::spectra::{local_median, peaks, prominence};
 use crate::tall::Orthonormal;
+use crate::warnings::Warning;
 use crate::wild_samples::without_wild;
 use report::report;
 use subspace::{Covariances, OrderPole, Outputs, Subspace};
@@ -80,13 +81,13 @@ pub fn identify_output_only(
     options: &OutputOnlyOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
-    let uniform: Vec<Uniform> = options
-        .outputs
-        .iter()
-        .map(|column| {
-            readings(recording, column).map(|all| Uniform::new(&all.time_s, &without_wild(&all.values)))
-        })
-        .collect::<Result<_, _>>()?;
+    let mut said = Vec::new();
+    let mut uniform = Vec::new();
+    for column in &options.outputs {
+        let all = readings(recording, column)?;
+        uniform.push(Uniform::new(&all.time_s, &without_wild(&all.values)));
+        said.extend(all.remarks.into_iter().map(Warning::from));
+    }
     let Some(first) = uniform.first() else {
         return Err(IdentifyError::BadOption {
             option: "outputs",
@@ -124,7 +125,9 @@ pub fn identify_output_only(
     if found.is_empty() {
         return Err(IdentifyError::NoPeaks { recording: recording.name.clone(), column });
     }
-    Ok(report(recording, options, first, &found, (survey, rejected)))
+    let mut modes = report(recording, options, first, &found, (survey, rejected));
+    modes.warnings.extend(said);
+    Ok(modes)
 }
 
 /// Highest frequencies of the bands that hold the peaks of the spectra, from the highest band down, Hz.

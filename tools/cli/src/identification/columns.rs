@@ -103,7 +103,7 @@ pub fn output_column(
 }
 
 /// Units of positions, m.
-const LENGTHS: [(&str, f64); 4] = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("cm", 1e-2)];
+const LENGTHS: [(&str, f64); 5] = [("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("cm", 1e-2), ("px", 1.0)];
 
 /// What to say of an output that moves with the base and is not called the tip's position: only under that
 /// name the base's own motion is taken out of it.

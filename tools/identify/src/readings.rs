@@ -1,20 +1,21 @@
 //! Which rows of a column hold a reading of their own.
 //!
-//! A logger that runs faster than its sensor writes every reading several times: a staircase, whose edges ring at
-//! images of every mode. A tracker that lost its mark writes the same value for "lost" each time.
+//! A logger that runs faster than its sensor writes every reading several times: a staircase, whose edges
+//! ring at images of every mode. A tracker that lost its mark writes the same value for "lost" each time.
 
 use crate::warnings::WarningKind;
 
 /// Rows that a reading is held for, on average, from which a column is a staircase.
 const HELD: f64 = 1.8;
-/// Share of all stays that are of the usual length or one row longer, and share that may be shorter: what a coarse
-/// resolution holds stays for any length.
+/// Share of all stays that are of the usual length or one row longer, and share that may be shorter: what a
+/// coarse resolution holds stays for any length.
 const ALIKE: f64 = 0.8;
 const SHORTER: f64 = 0.02;
-/// Usual step over the smallest one: a staircase of a fine sensor has steps of any height, a coarse one those of its
-/// resolution.
+/// Usual step over the smallest one: a staircase of a fine sensor has steps of any height, a coarse one those
+/// of its resolution.
 const STEPS: f64 = 4.0;
-/// Rows that say "lost" at least, share of all rows at most, and different values that the others have at least.
+/// Rows that say "lost" at least, share of all rows at most, and different values that the others have at
+/// least.
 const LOST: (usize, f64, usize) = (3, 0.5, 20);
 
 /// The readings of a column, and what is said of the rows between them.
@@ -52,8 +53,8 @@ impl Readings {
     }
 }
 
-/// The value that stands for "lost": it comes again and again, outside the range of all others by more than that
-/// range.
+/// The value that stands for "lost": it comes again and again, outside the range of all others by more than
+/// that range.
 fn lost_value(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -74,7 +75,8 @@ fn lost_value(values: &[f64]) -> Option<f64> {
     })
 }
 
-/// The first row of every reading, and how many rows a reading is held for; `None` where each row has its own.
+/// The first row of every reading, and how many rows a reading is held for; `None` where each row has its
+/// own.
 fn held(values: &[f64]) -> Option<(Vec<usize>, f64)> {
     let starts: Vec<usize> = (0..values.len()).filter(|k| *k == 0 || values[*k] != values[k - 1]).collect();
     // The first and the last stay may be cut.
@@ -114,8 +116,8 @@ fn has_fine_steps(values: &[f64]) -> bool {
     steps.get(steps.len() / 2).is_some_and(|usual| *usual > STEPS * finest)
 }
 
-/// Stamps of the rows in which readings were first seen, laid on the even grid that they come from; as they are where
-/// they come from none.
+/// Stamps of the rows in which readings were first seen, laid on the even grid that they come from; as they
+/// are where they come from none.
 fn on_grid(stamps: Vec<f64>, row_s: f64) -> Vec<f64> {
     let count = stamps.len() as f64;
     let (middle, mean_s) = (0.5 * (count - 1.0), stamps.iter().sum::<f64>() / count);

@@ -106,8 +106,8 @@ impl<'r> Ringing<'r> {
         Ok(ringing)
     }
 
-    /// Takes out the tones that sound all the time: a hum as loud as the decay would hide where it begins and what
-    /// explains it.
+    /// Takes out the tones that sound all the time: a hum as loud as the decay would hide where it begins and
+    /// what explains it.
     fn take_tones_out(&mut self) {
         let all_s = self.time_s[self.time_s.len() - 1] - self.time_s[0];
         let lasts = |tone: &&Tone| tone.window_s[1] - tone.window_s[0] > ALL_THE_TIME * all_s;
@@ -115,8 +115,8 @@ impl<'r> Ringing<'r> {
         basis.remove_from(&mut self.values);
     }
 
-    /// Takes the straight line out of a signal that is mostly one: seen from its end a sensor that drifts is farthest
-    /// away at its beginning, whatever rings there.
+    /// Takes the straight line out of a signal that is mostly one: seen from its end a sensor that drifts is
+    /// farthest away at its beginning, whatever rings there.
     fn take_drift_out(&mut self) {
         let from = self.first.min(self.values.len());
         let signal = &self.values[from..];
@@ -287,8 +287,8 @@ impl<'r> Ringing<'r> {
     }
 }
 
-/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that leaves
-/// grows with time.
+/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that
+/// leaves grows with time.
 fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orthonormal {
     let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
     let mut basis = Orthonormal::default();

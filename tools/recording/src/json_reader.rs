@@ -38,8 +38,8 @@ pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Prob
 /// Levels of objects that signals are looked for in.
 const DEEPEST: usize = 3;
 
-/// Adds the signals of a document, and gives the interval that it states: they lie at the top, in a member as in
-/// stillbeam's own files, or deeper where some program packed them with what it says about them.
+/// Adds the signals of a document, and gives the interval that it states: they lie at the top, in a member as
+/// in stillbeam's own files, or deeper where some program packed them with what it says about them.
 fn signals(document: &Value, columns: &mut Vec<Signal>, levels: usize) -> Option<f64> {
     let members = match document {
         Value::Array(records) => {
@@ -68,8 +68,8 @@ fn signals(document: &Value, columns: &mut Vec<Signal>, levels: usize) -> Option
     deeper.flatten().or(own)
 }
 
-/// Rows of numbers (`"values": [[1, 2], [3, 4]]`), their names in an array beside them (`"sensors": [{"name": "x"},
-/// ...]`) or none.
+/// Rows of numbers (`"values": [[1, 2], [3, 4]]`), their names in an array beside them (`"sensors": [{"name":
+/// "x"}, ...]`) or none.
 fn from_rows(members: &Map<String, Value>, columns: &mut Vec<Signal>) {
     let rows = members.values().find_map(|member| {
         let rows: Vec<&Vec<Value>> = member.as_array()?.iter().map(Value::as_array).collect::<Option<_>>()?;

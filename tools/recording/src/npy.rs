@@ -117,8 +117,8 @@ struct Field {
     count: usize,
 }
 
-/// The fields of `[('t', '<f8'), ('a', '<f4', (3,))]`, from the header's text on; `None` where it is written in another
-/// way.
+/// The fields of `[('t', '<f8'), ('a', '<f4', (3,))]`, from the header's text on; `None` where it is written
+/// in another way.
 fn fields(descr: &str) -> Option<Vec<Field>> {
     let end = descr.find(")]").or_else(|| descr.find("), ]"))?;
     let mut fields = Vec::new();

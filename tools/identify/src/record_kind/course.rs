@@ -29,7 +29,8 @@ const RINGS: f64 = 0.9;
 const FALLS_STEADILY: (f64, f64) = (0.7, 0.85);
 /// Share of the energy that oscillations explain of what is a decay beyond doubt.
 const BEYOND_DOUBT: f64 = 0.97;
-/// Share of the energy that may come before the peak of what is a decay beyond doubt: a sweep builds its resonance up.
+/// Share of the energy that may come before the peak of what is a decay beyond doubt: a sweep builds its
+/// resonance up.
 const NOTHING_BEFORE: f64 = 0.02;
 /// Share of the energy that may come before the peak.
 const BEFORE: f64 = 0.35;
@@ -59,8 +60,8 @@ pub(super) fn is_decay(signal: &[f64], interval_s: f64) -> bool {
     fall > FALLS && explained(&signal[peak * block..], interval_s) > EXPLAINED
 }
 
-/// Whether a signal is a decay beyond doubt: nothing is loud before its peak, and a few oscillations that decay explain
-/// nearly all that follows.
+/// Whether a signal is a decay beyond doubt: nothing is loud before its peak, and a few oscillations that
+/// decay explain nearly all that follows.
 pub(super) fn is_plain(signal: &[f64], interval_s: f64) -> bool {
     let block = (signal.len() / BLOCKS).max(4);
     let loudness: Vec<f64> = signal.chunks(block).map(rms).collect();

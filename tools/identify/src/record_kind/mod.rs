@@ -1,7 +1,8 @@
 //! Which kind of record it is, where nobody says what drove it.
 //!
 //! Six features of the signal alone decide, in this order:
-//! 0. **A move** ([`moved`]): what begins at one place and ends ringing freely about another is a decay from there on.
+//! 0. **A move** ([`moved`]): what begins at one place and ends ringing freely about another is a decay
+//!    from there on.
 //! 1. **A line that drifts** ([`ridge`]): in the spectrogram, every frequency set against its own median over
 //!    time, a sweep is a straight line over time or over its logarithm.
 //! 2. **Knocks** ([`knocks`]): instants that the record's own autoregression does not foresee and after which

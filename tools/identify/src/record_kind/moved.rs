@@ -1,7 +1,8 @@
 //! Where a machine that was moved comes to ring freely about its new place.
 //!
-//! What rings freely about a level is foreseen by an autoregression of its end; what is held elsewhere, or moved, is
-//! not, since the level enters the prediction. The last instant that is not foreseen is the end of the move.
+//! What rings freely about a level is foreseen by an autoregression of its end; what is held elsewhere, or
+//! moved, is not, since the level enters the prediction. The last instant that is not foreseen is the end of
+//! the move.
 
 use super::{median, rms};
 use crate::narrow_band::WholeSpectrum;
@@ -22,8 +23,8 @@ const QUARTER: f64 = 0.25;
 const RINGS: f64 = 4.0;
 /// Usual errors of the prediction beyond which an instant is not foreseen.
 const UNFORESEEN: f64 = 6.7;
-/// Share of the loudest ringing that lies between the two places at least: a structure that was let go or pushed
-/// rings from one place to the other, one that was moved slowly rings less.
+/// Share of the loudest ringing that lies between the two places at least: a structure that was let go or
+/// pushed rings from one place to the other, one that was moved slowly rings less.
 const APART: f64 = 0.9;
 /// Share of that distance by which it may move about the first place while it is held there.
 const HELD: f64 = 0.25;

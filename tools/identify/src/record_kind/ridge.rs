@@ -35,8 +35,8 @@ const BESIDE: f64 = 1.5;
 /// that starts and stops, holds little of it.
 const HOLDS: f64 = 0.25;
 
-/// Share of a segment's energy that the line holds at least, in half of the segments between its ends: a loud frequency
-/// that the line crosses once holds all that a record has, but only there.
+/// Share of a segment's energy that the line holds at least, in half of the segments between its ends: a loud
+/// frequency that the line crosses once holds all that a record has, but only there.
 const HOLDS_EACH: f64 = 0.1;
 
 /// A frequency that moves.

@@ -1,5 +1,6 @@
-//! What a terminal or a logger wrote line by line: `ax:0.12 ay:-0.03`, `t=5, a=1.2`, with what it puts before every line:
-//! the time of day (`09:15:07.123 -> `), a board's own clock (`I (1234) imu: `, `[00:00:01.234,000] <inf> imu: `).
+//! What a terminal or a logger wrote line by line: `ax:0.12 ay:-0.03`, `t=5, a=1.2`, with what it puts before
+//! every line: the time of day (`09:15:07.123 -> `), a board's own clock (`I (1234) imu: `,
+//! `[00:00:01.234,000] <inf> imu: `).
 
 use super::cells::{Separator, Value, value};
 use super::clock;
@@ -16,8 +17,8 @@ const LEVELS: [&str; 12] = [
     "[DEBUG]",
 ];
 
-/// The log as a table with tabs, its names in a line before it and every row on its own line; `None` for text that is
-/// none.
+/// The log as a table with tabs, its names in a line before it and every row on its own line; `None` for text
+/// that is none.
 pub(super) fn as_table(text: &str) -> Option<(String, Separator)> {
     let start: Vec<&str> = Lines::new(text).take(LOOKED_AT).map(|line| line.text).collect();
     let count = |is: &dyn Fn(&str) -> bool| start.iter().filter(|line| is(line)).count() as f64;

@@ -3,13 +3,14 @@
 use super::cells::{Separator, Value, split, value};
 use super::lines::Lines;
 
-/// Channels at most, cells of a row at least, and cells per row: a table that is wider than that was not meant to be
-/// read downwards.
+/// Channels at most, cells of a row at least, and cells per row: a table that is wider than that was not
+/// meant to be read downwards.
 const MOST_ROWS: usize = 64;
 const FEWEST_CELLS: usize = 17;
 const WIDER: usize = 4;
 
-/// The table turned, one column per channel, with tabs between its cells; `None` where it stands as it should.
+/// The table turned, one column per channel, with tabs between its cells; `None` where it stands as it
+/// should.
 pub(super) fn as_columns(text: &str) -> Option<(String, Separator)> {
     let lines: Vec<&str> = Lines::new(text).take(MOST_ROWS + 1).map(|line| line.text).collect();
     if lines.len() < 2 || lines.len() > MOST_ROWS {

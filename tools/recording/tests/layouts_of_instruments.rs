@@ -193,3 +193,17 @@ fn what_stands_alone_was_measured_whatever_it_is_called() {
         }
     }
 }
+
+/// A clock of whole milliseconds counts by one, as the number of a row does.
+#[test]
+fn a_clock_that_counts_by_one_is_a_clock_where_it_states_its_unit() {
+    for step in [1, 2, 5] {
+        for before in [|k| format!("I ({k}) imu: "), |k: u32| format!("{k} ms\t")] {
+            let text = rows("", |k| format!("{}{}\t0.5", before(700 + step * k), signal(k)));
+            let found = parse(text.as_bytes()).recording;
+            assert_eq!(found.columns.len(), 2);
+            let last_s = found.time_s[100] - found.time_s[0];
+            assert!((last_s - 0.1 * f64::from(step)).abs() < 1e-9, "{last_s}");
+        }
+    }
+}

@@ -10,7 +10,7 @@ use crate::error::Problem;
 use crate::heading::Heading;
 use crate::options::{ColumnChoice, ReadOptions, TimeBase};
 use crate::recording::{Column, MIN_SAMPLES, TIME_COLUMN, shorten};
-use crate::unit_label::known;
+use crate::unit_label::{known, seconds};
 
 /// The unit of columns that state none.
 const NO_UNIT: &str = "raw";
@@ -125,7 +125,12 @@ fn time(table: &Table, options: &ReadOptions) -> Result<Time, Problem> {
         }
         None => {}
     }
-    let named = |at: &usize| !table.is_empty_column(*at) && table.is_time(*at) && table.has_header;
+    // Without a header a unit behind every number says so, too.
+    let states = |at: &usize| {
+        let unit = table.headings.get(*at).and_then(|heading| heading.unit.as_deref());
+        table.has_header || unit.is_some_and(|unit| seconds(unit).is_some())
+    };
+    let named = |at: &usize| !table.is_empty_column(*at) && table.is_time(*at) && states(at);
     let all = 0..table.headings.len();
     let exact =
         all.clone().find(|at| table.headings.get(*at).is_some_and(|heading| heading.source == TIME_COLUMN));

@@ -26,6 +26,7 @@ mod caps;
 mod common_motion;
 mod comparison;
 mod controls;
+mod determined;
 mod diagnosis;
 mod drawn_error;
 mod effort;

@@ -83,7 +83,8 @@ impl DrawnError {
         let draw = |number: u64| {
             let input = noise.drawn(samples, number);
             let rerun = record.driven_by(&input);
-            let answers = rerun.outputs(&machine.model, Some(record.longest_step_s)).ok()?;
+            let answers =
+                rerun.outputs(&machine.model, Some(record.sub_steps.longest_s(&machine.model))).ok()?;
             let sampled = |output: &OutputSignal| {
                 let answer = answers.get(output.index)?;
                 Some(output.at.iter().map(|&stamp| answer[stamp]).collect())

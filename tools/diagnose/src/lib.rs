@@ -64,6 +64,7 @@ mod spoilt_sensor;
 mod stacking;
 mod statistics;
 mod study;
+mod sub_steps;
 mod sweep;
 #[cfg(test)]
 mod two_bodies;

@@ -8,6 +8,7 @@ use stillbeam_recording::{Recording, Role};
 use crate::between_samples::{BetweenSamples, HELD_PARTS};
 use crate::error::DiagnoseError;
 use crate::reading_step::ReadingStep;
+use crate::sub_steps::SubSteps;
 
 /// The fewest samples of an output that a diagnosis starts from.
 const LEAST_SAMPLES: usize = 100;
@@ -21,14 +22,6 @@ const FAST_POINTS_PER_PERIOD: f64 = 16.0;
 const MOST_REFINEMENT: f64 = 16.0;
 /// Motions this many times faster than the input's band are left to the exact linear part.
 const BEYOND: f64 = 1.6;
-/// Radians that the fastest motion in the band turns in a sub-step of the forces, and its shortest and
-/// longest length in seconds, where the machine is driven: a slow one too may cross a short wave or a stop
-/// quickly ...
-const DRIVEN_STEP: (f64, [f64; 2]) = (0.1, [1e-4, 2e-3]);
-/// ... and where nothing keeps it in step: what a sub-step gets wrong of the frequency adds up from period to
-/// period.
-const FREE_STEP: (f64, [f64; 2]) = (0.03, [1e-4, 5e-3]);
-
 /// The input stands still while it is within this share of its greatest change.
 const STILL: f64 = 1e-3;
 /// Readings of a machine at rest stay within this share of their largest, ...
@@ -113,8 +106,8 @@ pub(crate) struct Record {
     /// What the plant is simulated over: every interval of `time_s` cut into parts where the input is a
     /// spline.
     pub(crate) rerun: Rerun,
-    /// Sub-steps of forces: as long as what moves in the recorded band allows.
-    pub(crate) longest_step_s: f64,
+    /// Sub-steps of forces.
+    pub(crate) sub_steps: SubSteps,
     pub(crate) outputs: Vec<OutputSignal>,
     /// What modes beyond those of the model follow, at `time_s`, where their share of the outputs is freed.
     pub(crate) remainder: Vec<Vec<f64>>,
@@ -162,7 +155,7 @@ impl Record {
         let refinement = refinement(between, band_hz / rate_hz, model);
         let grid = fine_grid(recording, model, input.as_deref(), (between, refinement));
         let rerun = rerun_of(&grid, model, (between, refinement), input.as_deref())?;
-        let (radians, [shortest_s, longest_s]) = if input.is_some() { DRIVEN_STEP } else { FREE_STEP };
+        let is_driven = input.is_some();
         Ok(Self {
             name: recording.name.clone(),
             role,
@@ -170,7 +163,7 @@ impl Record {
             input,
             between: (between, refinement),
             rerun,
-            longest_step_s: (radians / (TAU * band_hz.max(1e-9))).clamp(shortest_s, longest_s),
+            sub_steps: SubSteps::new(band_hz, is_driven),
             outputs,
             remainder: Vec::new(),
             begins_moving: false,

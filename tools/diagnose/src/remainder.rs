@@ -86,7 +86,8 @@ fn base_motion(record: &Record, model: &Model) -> Option<Option<Vec<f64>>> {
     let mut base = beam.clone();
     base.outputs = vec![BeamSignal::BasePosition];
     base.setup.physics.clear();
-    let outputs = record.rerun.outputs(&Model::BeamOnBase(base), Some(record.longest_step_s)).ok()?;
+    let beam = Model::BeamOnBase(base);
+    let outputs = record.rerun.outputs(&beam, Some(record.sub_steps.longest_s(&beam))).ok()?;
     Some(Some(outputs.into_iter().next()?))
 }
 

@@ -103,7 +103,7 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
-    let outputs = record.rerun.outputs(model, Some(record.longest_step_s)).ok()?;
+    let outputs = record.rerun.outputs(model, Some(record.sub_steps.longest_s(model))).ok()?;
     at_samples(record, &outputs)
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]
 pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Motion> {
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
-    record.rerun.motion(model, Some(record.longest_step_s)).ok()?
+    record.rerun.motion(model, Some(record.sub_steps.longest_s(model))).ok()?
 }
 
 /// What a law's force along a motion would change in the recorded outputs; in a closed loop beside what its controller does about that.

@@ -1,0 +1,113 @@
+//! How long the sub-steps are between which the forces of laws are taken anew.
+
+use std::f64::consts::TAU;
+
+use stillbeam_plant::Model;
+
+/// Radians that the fastest motion turns in a sub-step, and its shortest and longest length in seconds, where
+/// the machine is driven: a slow one too may cross a short wave or a stop quickly ...
+const DRIVEN: (f64, [f64; 2]) = (0.1, [1e-4, 2e-3]);
+/// ... and where nothing keeps it in step: what a sub-step gets wrong of the frequency adds up from period to
+/// period.
+const FREE: (f64, [f64; 2]) = (0.03, [1e-4, 5e-3]);
+
+/// The sub-steps of one recording.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SubSteps {
+    /// The fastest motion in the recorded band, hertz.
+    band_hz: f64,
+    is_driven: bool,
+}
+
+impl SubSteps {
+    pub(crate) fn new(band_hz: f64, is_driven: bool) -> Self {
+        Self { band_hz, is_driven }
+    }
+
+    /// The longest sub-step of a model, in seconds: as long as what moves in the recorded band allows. Modes
+    /// are independent and their linear part is exact whatever the step, so that of a free decay only those
+    /// count in which a force acts.
+    pub(crate) fn longest_s(self, model: &Model) -> f64 {
+        let (radians, [shortest_s, longest_s]) = if self.is_driven { DRIVEN } else { FREE };
+        let pushed_hz = if self.is_driven { None } else { fastest_pushed_hz(model) };
+        let fastest_hz = pushed_hz.map_or(self.band_hz, |hz| hz.min(self.band_hz));
+        (radians / (TAU * fastest_hz.max(1e-9))).clamp(shortest_s, longest_s)
+    }
+}
+
+/// Frequency of the fastest mode that a law sits in, where all laws sit in modes and nothing joins these.
+fn fastest_pushed_hz(model: &Model) -> Option<f64> {
+    let Model::Modal(modal) = model else { return None };
+    if modal.setup.controller.is_some() {
+        return None;
+    }
+    let frequency_hz = |location: &str| {
+        let number = location.strip_prefix("mode ")?.parse::<usize>().ok()?;
+        Some(modal.modes.get(number.checked_sub(1)?)?.frequency_hz)
+    };
+    let pushed = modal.setup.physics.iter().map(|law| frequency_hz(&law.location));
+    pushed.collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::{Physics, SimulateOptions, simulate_with};
+    use stillbeam_recording::Recording;
+
+    use super::*;
+
+    /// A free decay of two modes with a law in one of them.
+    fn two_modes(law: Option<Physics>) -> Model {
+        let text = "schema = 1\nkind = \"modal\"\n\
+            mode = [{ frequency_hz = 1.1, damping_ratio = 0.005, participation = [1.0] },\n\
+            { frequency_hz = 6.9, damping_ratio = 0.004, participation = [0.5] }]\n\
+            input = { column = \"force_N\" }\noutput = [{ column = \"tip_m\" }]\n\
+            initial = { \"mode 1\" = { displacement = 0.01 }, \"mode 2\" = { displacement = 0.004 } }";
+        let mut model = Model::from_toml("two_modes.toml", text).unwrap();
+        model.setup_mut().physics = law.into_iter().collect();
+        model
+    }
+
+    fn steps() -> SubSteps {
+        SubSteps::new(6.9, false)
+    }
+
+    #[test]
+    fn the_mode_that_a_law_sits_in_sets_the_step_of_a_free_decay() {
+        let slow = Physics::new("cubic_stiffness", "mode 1").with("stiffness", 1e4);
+        let fast = Physics::new("cubic_stiffness", "mode 2").with("stiffness", 1e4);
+        let shaken = Physics::new("periodic_disturbance", "environment").with("force", 1.0);
+        let [slow, fast, shaken] = [slow, fast, shaken].map(|law| steps().longest_s(&two_modes(Some(law))));
+        assert!((slow * TAU * 1.1 - 0.03).abs() < 1e-9, "{slow} s");
+        assert!((fast * TAU * 6.9 - 0.03).abs() < 1e-9, "{fast} s");
+        assert!((shaken - fast).abs() < 1e-12, "a disturbance shakes all modes: {shaken} s");
+        let driven = SubSteps::new(6.9, true).longest_s(&two_modes(None));
+        assert!((driven - 2e-3).abs() < 1e-12, "{driven} s");
+    }
+
+    #[test]
+    fn longer_steps_change_nothing_that_a_recording_shows() {
+        let times: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+        let recording = Recording::new("decay", times).with_column("force_N", vec![0.0; 4000]);
+        for (id, name, value) in [
+            ("cubic_stiffness", "stiffness", 2e4),
+            ("coulomb_friction", "force", 2e-3),
+            ("hysteresis", "stiffness", 0.5),
+        ] {
+            let mut law = Physics::new(id, "mode 1").with(name, value);
+            if id == "hysteresis" {
+                law = law.with("beta", 300.0);
+            }
+            let model = two_modes(Some(law));
+            let run = |longest_s: f64| {
+                let options =
+                    SimulateOptions { longest_step_s: Some(longest_s), ..SimulateOptions::default() };
+                let run = simulate_with(&model, &recording, &options).unwrap();
+                run.column("tip_m").unwrap().to_vec()
+            };
+            let (long, short) = (run(steps().longest_s(&model)), run(2e-4));
+            let worst = long.iter().zip(&short).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst < 1e-4 * 0.01, "{id}: {worst} m of 0.01 m");
+        }
+    }
+}

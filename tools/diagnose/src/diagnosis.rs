@@ -266,6 +266,7 @@ fn search_beside<'s>(
         options,
         floors: compared.floors.clone(),
         weighed_again: false,
+        in_pieces: false,
         rounds: std::sync::Mutex::default(),
         held_out_starts,
         study,

@@ -188,6 +188,7 @@ pub(crate) fn searched_around<T>(
         options: &options,
         floors: compared.floors.clone(),
         weighed_again: false,
+        in_pieces: false,
         rounds: std::sync::Mutex::default(),
         held_out_starts: Vec::new(),
         study: &mut study,

@@ -77,6 +77,7 @@ impl Search<'_> {
             study: &mut study,
             floors: compared.floors.clone(),
             weighed_again: false,
+            in_pieces: true,
             held_out_starts: held_out.iter().map(|fit| fit.initial.clone()).collect(),
             rounds: std::sync::Mutex::default(),
             ..*self
@@ -98,7 +99,8 @@ impl Search<'_> {
         let mut weighed = self.study.clone();
         let floors = if weighed.much_lower(&floors, &self.floors) { floors } else { self.floors.clone() };
         weighed.weigh_by_floors(&floors);
-        let search = Search { study: &mut weighed, rounds: std::sync::Mutex::default(), ..search };
+        let search =
+            Search { study: &mut weighed, in_pieces: false, rounds: std::sync::Mutex::default(), ..search };
         let whole = search.study.stack(Role::Train);
         let followed = found.into_iter().take(FOLLOWED).filter_map(|found| {
             let Member { laws, fitted, held_out } = found.member;

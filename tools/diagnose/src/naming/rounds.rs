@@ -130,31 +130,43 @@ impl Search<'_> {
         if !base.laws.is_empty() {
             return self.tried_around(base, Beside { rival: base, drawing: None, place });
         }
-        if let Some(drawing) = self.better_drawing(base) {
-            let (screened, mut tried) =
-                self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
-            if place.is_none() {
-                take_better(&mut tried, self.gross_laws(base));
-            }
-            return (screened, tried);
+        let Some(drawing) = self.better_drawing(base) else {
+            return self.looked_for_around_refit(base, place);
+        };
+        let (seen, mut tried) = self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
+        if place.is_none() {
+            take_better(&mut tried, self.gross_laws(base));
         }
+        if place.is_some() || tried.iter().any(Tried::passes) || self.is_over() {
+            return (seen, tried);
+        }
+        // A refit that tells less of the held-out recordings than the drawing does may still be the nearer
+        // machine: the loud part of a decay counts for all of it.
+        let (screened, around_refit) = self.looked_for_around_refit(base, place);
+        take_better(&mut tried, around_refit);
+        (screened, tried)
+    }
+
+    /// Looks for the first law around the refit, and where that finds none, around the drawing that it has
+    /// left.
+    fn looked_for_around_refit(&self, base: &Member, place: Option<Place>) -> Round {
         let drawing = self.drawing_of_far_refit(base);
         let (screened, mut tried) =
             self.tried_around(base, Beside { rival: base, drawing: drawing.as_ref(), place });
-        if place.is_none()
-            && !tried.iter().any(Tried::passes)
+        if place.is_some() || (self.in_pieces && tried.iter().any(Tried::passes)) {
+            return (screened, tried);
+        }
+        if !tried.iter().any(Tried::passes)
             && let Some(drawing) = self.drawing_of_another_machine(base)
         {
             let (_, around) = self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
             tried.retain(|known| around.iter().all(|tried| tried.candidate != known.candidate));
             tried.extend(around);
         }
-        if place.is_none() {
-            tried.extend(self.hidden_laws(base, &screened, &tried));
-            tried = self.tried_around_other_refits(base, tried);
-            tried.extend(self.laws_seen_as_well(base, &screened, &tried));
-            take_better(&mut tried, self.gross_laws(base));
-        }
+        tried.extend(self.hidden_laws(base, &screened, &tried));
+        tried = self.tried_around_other_refits(base, tried);
+        tried.extend(self.laws_seen_as_well(base, &screened, &tried));
+        take_better(&mut tried, self.gross_laws(base));
         (screened, tried)
     }
 
@@ -210,7 +222,9 @@ impl Search<'_> {
         }
         self.begin_even_friction_at_uneven(beside.rival, place.map(|place| place.law), &mut tried);
         self.settle_the_best(beside.rival, &mut tried);
-        self.settle_those_as_good(beside.rival, &mut tried);
+        if !self.in_pieces {
+            self.settle_those_as_good(beside.rival, &mut tried);
+        }
         self.begin_the_best_elsewhere(base, beside.rival, &screened, &mut tried);
         tried.retain(|tried| tried.training.t() > least_t);
         drop(sketched);

@@ -1,7 +1,7 @@
 //! The machine: every link of the chain in its place, run over a recording's times.
 
 use super::control::Loop;
-use super::engine::{Effort, Element, Engine};
+use super::engine::{Before, Effort, Element, Engine};
 use super::longest_step_s;
 use crate::catalogue::{Action, Clip, ForceLaw, Late, SignalLaw, Step, action};
 use crate::error::PlantError;
@@ -220,12 +220,17 @@ impl<'a> Machine<'a> {
         let mut shift = |time_s: f64, y: f64| self.motions.iter_mut().fold(y, |y, law| law.pass(time_s, y));
         (from, to) = (shift(time_s, from), shift(time_s + step_s, to));
         let slope = (to - from) / step_s;
-        if let Some(run) = run {
-            // A motion's speed jumps from stretch to stretch; the mean of both is what is seen.
-            self.look(run, time_s, u, from, 0.5 * (*slope_before + slope));
-        }
+        let Some(run) = run else {
+            *slope_before = slope;
+            return self.plant.advance(time_s, step_s, from, to);
+        };
+        // A motion's speed jumps from stretch to stretch; the mean of both is what is seen.
+        self.look(run, time_s, u, from, 0.5 * (*slope_before + slope));
         *slope_before = slope;
-        self.plant.advance(time_s, step_s, from, to)
+        let before = Before::of(&self.plant);
+        self.plant.advance(time_s, step_s, from, to)?;
+        self.plant.felt(&before, &mut run.outputs);
+        Ok(())
     }
 
     fn look(&self, run: &mut Run, time_s: f64, u: f64, behind_drive: f64, slope: f64) {

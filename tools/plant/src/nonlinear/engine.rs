@@ -38,6 +38,8 @@ pub(super) struct Engine {
     steps: Steps,
     /// Mean forces of the sub-step before.
     pub(super) forces: Vec<f64>,
+    /// Whether there was one.
+    pub(super) has_moved: bool,
     next: Vec<f64>,
 }
 
@@ -83,7 +85,8 @@ impl Engine {
         let ports = elements.iter().map(|element| port(&space.points()[element.point], element.sign));
         let steps = Steps::new(&space, ports.collect());
         let next = Vec::with_capacity(state.len());
-        Self { forces: vec![0.0; elements.len()], space, state, elements, steps, next }
+        let forces = vec![0.0; elements.len()];
+        Self { forces, has_moved: false, space, state, elements, steps, next }
     }
 
     /// Advances by `step_s` seconds from `time_s`, the input going in a straight line from `from` to `to`.
@@ -108,6 +111,7 @@ impl Engine {
             }
         }
         std::mem::swap(&mut self.state, &mut self.next);
+        self.has_moved = true;
         Ok(())
     }
 
@@ -164,7 +168,7 @@ impl Engine {
     }
 
     /// Appends the outputs at the state now, for an input and its slope. What feels forces at once (an acceleration)
-    /// reads the mean forces of the sub-step before.
+    /// reads the mean forces of the sub-step before, until [`Engine::felt`] knows those of the one after.
     pub(super) fn read(&self, u: f64, slope: f64, into: &mut [Vec<f64>]) {
         for (output, samples) in self.space.outputs().iter().zip(into) {
             let through = self.elements.iter().zip(&self.forces);
@@ -173,6 +177,37 @@ impl Engine {
                 .sum();
             samples.push(output.row.read(&self.state, u, slope) + through);
         }
+    }
+
+    /// What an advance after a look tells of the forces then, to second order: half the mean forces of the sub-step
+    /// that ended there and half those of the one that began, or all of these where none had been.
+    pub(super) fn felt(&self, before: &Before, into: &mut [Vec<f64>]) {
+        for (output, samples) in self.space.outputs().iter().zip(into) {
+            let through =
+                self.elements.iter().map(|element| output.feedthrough[element.point] * element.sign);
+            if let Some(last) = samples.last_mut() {
+                *last += before.change(through, &self.forces);
+            }
+        }
+    }
+}
+
+/// Mean forces of the sub-step that ended at a look.
+pub(super) struct Before {
+    forces: Vec<f64>,
+    /// How much of the change to the next sub-step is felt at the look.
+    share: f64,
+}
+
+impl Before {
+    pub(super) fn of(engine: &Engine) -> Self {
+        Self { forces: engine.forces.clone(), share: if engine.has_moved { 0.5 } else { 1.0 } }
+    }
+
+    /// What an output with these shares of every force shows more.
+    pub(super) fn change(&self, through: impl Iterator<Item = f64>, after: &[f64]) -> f64 {
+        let changes = self.forces.iter().zip(after).map(|(before, after)| after - before);
+        self.share * through.zip(changes).map(|(share, change)| share * change).sum::<f64>()
     }
 }
 

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use super::assembly::{Machine, Run, passed, ran_away};
-use super::engine::{Effort, Element, Engine, settled};
+use super::engine::{Before, Effort, Element, Engine, settled};
 use super::steps::{Port, PortStep};
 use crate::catalogue::Step;
 use crate::error::PlantError;
@@ -115,6 +115,8 @@ struct Lean<const N: usize> {
     state: [f64; N],
     starts: Vec<[Reading<N>; 2]>,
     outputs: Vec<(Reading<N>, Vec<f64>)>,
+    /// Whether any of them shows forces at once.
+    feels: bool,
     base: Reading<N>,
     maps: HashMap<i64, Rc<Map<N>>>,
     last: Option<(u64, Rc<Map<N>>)>,
@@ -133,10 +135,12 @@ impl<const N: usize> Lean<N> {
             let through = through.map(|element| output.feedthrough[element.point] * element.sign).collect();
             (Reading::of_row(&output.row), through)
         });
+        let outputs: Vec<(Reading<N>, Vec<f64>)> = outputs.collect();
         Self {
+            feels: outputs.iter().any(|(_, through)| through.iter().any(|share| *share != 0.0)),
             state: array(&engine.state),
             starts: starts.collect(),
-            outputs: outputs.collect(),
+            outputs,
             base: Reading::of_row(base),
             maps: HashMap::new(),
             last: None,
@@ -228,6 +232,16 @@ impl<const N: usize> Lean<N> {
             }
         }
         self.state = next;
+        self.engine.has_moved = true;
+    }
+
+    /// As [`Engine::felt`].
+    fn felt(&self, before: &Before, run: &mut Run) {
+        for ((_, through), samples) in self.outputs.iter().zip(&mut run.outputs) {
+            if let Some(last) = samples.last_mut() {
+                *last += before.change(through.iter().copied(), &self.engine.forces);
+            }
+        }
     }
 
     fn look(&self, run: &mut Run, time_s: f64, u: f64, slope: f64) {
@@ -329,11 +343,15 @@ fn lean<const N: usize>(
                 u_end = passed(&mut signals, time_s + step_s, u_end);
             }
             let slope = (u_end - u) / step_s;
-            if look.between || (wanted && piece == 0) {
+            let before = (look.between || (wanted && piece == 0)).then(|| {
                 lean.look(&mut run, time_s, u, 0.5 * (slope_before + slope));
-            }
+                lean.feels.then(|| Before::of(&lean.engine))
+            });
             slope_before = slope;
             lean.advance(&map, time_s, step_s, u, slope);
+            if let Some(before) = before.flatten() {
+                lean.felt(&before, &mut run);
+            }
         }
         // What has run away does not come back, and laws take long to find forces for it.
         if wanted && ran_away(&lean.state) {

@@ -46,8 +46,8 @@ impl Determined {
         let mut basis = Orthonormal::default();
         let mut choice = Self::default();
         let may_ask = stack.records.iter().all(|record| record.input.is_none());
-        // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left now.
-        // A refit without laws may use all that shows in the noise; beside laws that are not fitted yet,
+        // Weighted residuals have about unit size only if the weights are the noise's: judge by what is left
+        // now. A refit without laws may use all that shows in the noise; beside laws that are not fitted yet,
         // directions that hardly show are where a fit runs away to make up for them.
         let left = (fitted.sum_of_squares / stack.present().max(1) as f64).sqrt();
         let has_added = fitted.free.iter().any(|parameter| parameter.is_added);

@@ -382,8 +382,8 @@ mod tests {
         Model::from_toml("loud_and_faint.toml", &text).unwrap()
     }
 
-    /// The faint mode's damping ratio after a refit to 20 s of the free decay of a machine that has this one; `None`
-    /// where it stays as given.
+    /// The faint mode's damping ratio after a refit to 20 s of the free decay of a machine that has this one;
+    /// `None` where it stays as given.
     fn refitted_damping_ratio(given: f64, truth: f64, noise_m: f64) -> Option<f64> {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
         let let_go = "input = { column = \"force_N\" }\n\

@@ -195,8 +195,8 @@ fn let_go_in_a_clamp(name: &str, from_m: f64, samples: usize, seed: u64) -> Reco
     Recording::new(name, time_s).with_column("tip_acceleration_g", read.collect())
 }
 
-/// The model as given predicts the held-out decay better than a refit, which only knows the loud one, and around
-/// it no law shows; and the second mode's damping is three times the drawn one.
+/// The model as given predicts the held-out decay better than a refit, which only knows the loud one, and
+/// around it no law shows; and the second mode's damping is three times the drawn one.
 #[test]
 fn slip_in_a_clamp_is_named_though_neither_the_drawing_nor_the_refit_is_in_step_with_it() {
     let train = [let_go_in_a_clamp("large", 0.013, 576, 1), let_go_in_a_clamp("small", 0.0015, 1216, 2)];

@@ -179,8 +179,8 @@ impl Engine {
         }
     }
 
-    /// What an advance after a look tells of the forces then, to second order: half the mean forces of the sub-step
-    /// that ended there and half those of the one that began, or all of these where none had been.
+    /// What an advance after a look tells of the forces then, to second order: half the mean forces of the
+    /// sub-step that ended there and half those of the one that began, or all of these where none had been.
     pub(super) fn felt(&self, before: &Before, into: &mut [Vec<f64>]) {
         for (output, samples) in self.space.outputs().iter().zip(into) {
             let through =

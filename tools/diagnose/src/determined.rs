@@ -21,11 +21,9 @@ const SURER: f64 = 2.8;
 /// Free decays, in which nothing but the machine sets how fast a motion dies away, ask for a parameter that
 /// leaves more by this share of the squares where it stays as given, ...
 const ASKED_FOR: f64 = 0.01;
-/// ... and by so many times the square of one residual at least. ...
+/// ... and by so many times the square of one residual at least. Where a machine is driven, a law that is missing
+/// looks like damping at its resonances, and would be given to a parameter that hardly shows.
 const SEEN: f64 = 16.0;
-/// ... Where a law is missing they ask for whatever does a part of its work: what goes further, in logarithms,
-/// than so many times what its given value can be wrong by was asked to do that, and stays as given.
-const STRAYED: f64 = 3.0;
 
 /// Which parameters are free, by their indices.
 #[derive(Default)]
@@ -34,13 +32,11 @@ pub(crate) struct Determined {
     pub(crate) kept: Vec<usize>,
     /// ... and the others.
     pub(crate) dropped: Vec<usize>,
-    /// Of those kept, the ones that a small change of would not show, and that the recordings ask for.
-    asked_for: Vec<usize>,
 }
 
 impl Determined {
-    /// Of the parameters of a fit those that add a direction of their own; those `barred` are not asked for.
-    pub(crate) fn of(stack: &Stack<'_>, fitted: &Fitted, barred: &[usize]) -> Self {
+    /// Of the parameters of a fit those that add a direction of their own.
+    pub(crate) fn of(stack: &Stack<'_>, fitted: &Fitted) -> Self {
         let columns = fitted.sensitivities(stack);
         let residuals = fitted.residuals();
         let mut basis = Orthonormal::default();
@@ -61,17 +57,12 @@ impl Determined {
             let moved = free.to_search(fitted.values[index]) - free.to_search(free.given);
             // What it leaves more, where it stays as given, than where the others have it best.
             let loss = (dot(&rest, &residuals) / own + own * moved).powi(2);
-            let is_asked_for = may_ask
-                && !barred.contains(&index)
-                && loss > (ASKED_FOR * fitted.sum_of_squares).max(SEEN * level * level);
-            let sure = own > SURER / free.known_within().ln() * level;
-            let shows = if has_added { sure } else { own > VISIBLE * level };
-            if (free.is_added || shows || (is_asked_for && sure)) && own > 1e-5 * whole {
+            let is_asked_for =
+                may_ask && loss > (ASKED_FOR * fitted.sum_of_squares).max(SEEN * level * level);
+            let least = if has_added || is_asked_for { SURER / free.known_within().ln() } else { VISIBLE };
+            if (free.is_added || own > least * level) && own > 1e-5 * whole {
                 basis.push(column);
                 choice.kept.push(index);
-                if !free.is_added && !shows {
-                    choice.asked_for.push(index);
-                }
             } else {
                 choice.dropped.push(index);
             }
@@ -82,15 +73,5 @@ impl Determined {
     /// Paths of the candidates that stay as they are.
     pub(crate) fn paths_left(&self, candidates: &[FreeParameter]) -> Vec<String> {
         self.dropped.iter().map(|&index| candidates[index].path.clone()).collect()
-    }
-
-    /// Those that were asked for and went further from the drawing than that can be wrong.
-    pub(crate) fn strayed(&self, fitted: &Fitted) -> Vec<usize> {
-        let ended = self.kept.iter().zip(fitted.free.iter().zip(&fitted.values));
-        let strayed = ended.filter(|(index, (parameter, value))| {
-            let moved = parameter.to_search(**value) - parameter.to_search(parameter.given);
-            self.asked_for.contains(index) && moved.abs() > STRAYED * parameter.known_within().ln()
-        });
-        strayed.map(|(index, _)| *index).collect()
     }
 }

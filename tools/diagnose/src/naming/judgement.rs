@@ -15,9 +15,6 @@ use crate::record::Record;
 use crate::simulation::simulate;
 use stillbeam_recording::Role;
 
-/// So many times the separation of two sets behind, a set that has been fitted for a while is no rival.
-const FAR_BEHIND: f64 = 10.0;
-
 impl Search<'_> {
     /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it, drops the
     /// weakest law that fails one and begins again, until all that are left pass. Then looks for rivals: sets in which
@@ -254,24 +251,6 @@ impl Search<'_> {
         let normal = train.iter().map(reach).fold(0.0, f64::max);
         let harder = |record: &Record| Record { rerun: record.rerun.scaled(HARDER), ..record.clone() };
         normal.is_finite() && train.iter().all(|record| reach(&harder(record)) <= 10.0 * HARDER * normal)
-    }
-
-    /// Time is over: whatever was tried and passes its gates counts as doing as well, for that it does not is not known; but for what is so
-    /// far behind that no further fit would bring it here.
-    fn suspect_rivals(&self, selection: &mut Selection) {
-        selection.left_out.push("laws that would do as well");
-        let chosen = &selection.chosen.laws;
-        let others = selection.tried.iter().filter(|other| {
-            other.passes()
-                && !chosen.contains(&other.candidate)
-                && other.member.laws.len() == chosen.len()
-                && self.reweighted(other.member.clone()).is_none_or(|other| {
-                    self.better_by(&other, &selection.chosen) < FAR_BEHIND * self.options.separation
-                })
-        });
-        let suspected = others.filter(|other| !selection.has_rival(&other.member.laws));
-        let suspected: Vec<Member> = suspected.map(|other| other.member.clone()).collect();
-        selection.rivals.extend(suspected);
     }
 
     /// Whether all that could take the place of the chosen laws has been tried already. What was found in

@@ -15,6 +15,9 @@ use crate::noise::NoiseFloor;
 /// A law leads where every other that was fitted in its place leaves at least so many times the squares.
 const LEAD: f64 = 2.0;
 
+/// So many times the separation of two sets behind, a set that has been fitted for a while is no rival.
+const FAR_BEHIND: f64 = 10.0;
+
 /// What a search that may have been ended knows about other laws.
 pub(super) struct Rivals<'s> {
     /// Whether time ended it.
@@ -67,6 +70,27 @@ impl First {
 }
 
 impl Search<'_> {
+    /// Time is over: whatever was tried and passes its gates counts as doing as well, for that it does not is
+    /// not known; but for what is so far behind, or leaves so much more, that no further fit would bring it
+    /// here.
+    pub(super) fn suspect_rivals(&self, selection: &mut Selection) {
+        selection.left_out.push("laws that would do as well");
+        let chosen = &selection.chosen;
+        let comes_near = |other: &Member| {
+            other.fitted.sum_of_squares < LEAD * chosen.fitted.sum_of_squares
+                && self.better_by(other, chosen) < FAR_BEHIND * self.options.separation
+        };
+        let others = selection.tried.iter().filter(|other| {
+            other.passes()
+                && !chosen.laws.contains(&other.candidate)
+                && other.member.laws.len() == chosen.laws.len()
+                && self.reweighted(other.member.clone()).is_none_or(|other| comes_near(&other))
+        });
+        let suspected = others.filter(|other| !selection.has_rival(&other.member.laws));
+        let suspected: Vec<Member> = suspected.map(|other| other.member.clone()).collect();
+        selection.rivals.extend(suspected);
+    }
+
     /// Back to the law that was found first and leads, as it was then, where time has ended what was looked
     /// for on top of it and nothing passed: laws that fail may have moved the rest of the model to where it
     /// fails too, and the weighting to noise that they made up.
@@ -101,7 +125,7 @@ mod tests {
 
     use super::super::trials::Trial;
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched, stopped_at};
 
     fn screened(candidate: usize, direction: &[f64]) -> Screened {
         Screened {
@@ -150,6 +174,30 @@ mod tests {
                 First::of(found, std::slice::from_ref(found), &search.floors).is_none(),
                 "nothing was compared"
             );
+        });
+    }
+
+    #[test]
+    fn what_time_left_unfitted_and_leaves_at_least_twice_as_much_is_no_rival() {
+        around_a_hardening_spring(|search, refitted, tried| {
+            let chosen = search.weighed_again(tried[0].member.clone());
+            let (candidate, laws) = (tried[1].candidate, tried[1].member.laws.clone());
+            let rivals = |factor: f64| {
+                let stiffness = |path: &str| if path.starts_with("physics.") { factor } else { 1.0 };
+                let stopped = Member { laws: laws.clone(), ..stopped_at(search, &chosen, stiffness) };
+                let left = stopped.fitted.sum_of_squares / chosen.fitted.sum_of_squares;
+                assert!(search.better_by(&stopped, &chosen) < FAR_BEHIND * search.options.separation);
+                let other = Tried { member: stopped, candidate, gates: Vec::new(), ..tried[1].clone() };
+                let nothing = Selection::nothing(&refitted.fitted, refitted.held_out.clone());
+                let mut selection = Selection { chosen: chosen.clone(), tried: vec![other], ..nothing };
+                search.suspect_rivals(&mut selection);
+                (left, selection.rivals.len())
+            };
+            for factor in [0.9, 0.5, 0.3, 0.1, 0.0] {
+                let (left, found) = rivals(factor);
+                assert_eq!(found, usize::from(left < LEAD), "{factor} leaves {left} times as much");
+            }
+            assert!(rivals(0.9).0 < LEAD && rivals(0.0).0 > LEAD, "on either side");
         });
     }
 

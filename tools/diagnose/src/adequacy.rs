@@ -11,6 +11,7 @@
 //! Whiteness itself is reported and decides nothing: the noise of a sensor may be coloured. Nor does what is
 //! beyond chance and has next to no power: of enough samples every model is wrong.
 
+mod coherence;
 mod input_error;
 mod regression;
 mod series;
@@ -22,7 +23,7 @@ use crate::statistics::distributions::two_sided_normal;
 use crate::statistics::spectral_line::Line;
 
 pub(crate) use input_error::{ErrorDraw, InputError};
-pub(crate) use series::{Series, adequacy};
+pub(crate) use series::{Resonance, Series, adequacy};
 
 /// What a test found in a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -221,6 +222,7 @@ mod tests {
             noise_rms,
             noise_samples,
             slowest_hz: 1.0,
+            resonances: &[],
             input_error: None,
         })
     }

@@ -6,7 +6,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, InputError, Series, adequacy};
+use crate::adequacy::{Adequacy, InputError, Resonance, Series, adequacy};
 use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
 use crate::drawn_error::{DrawnError, drawn_beside_a_fit};
@@ -17,7 +17,7 @@ use crate::outliers::{lone_outliers, set_aside};
 use crate::patience::Patience;
 use crate::record::Record;
 use crate::remainder::{remainder, shares};
-use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
+use crate::simulation::{Hypothesis, frequency_range_hz, resonances, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
 
@@ -43,6 +43,8 @@ pub(crate) struct Study {
     /// it was looked for.
     pub(crate) input_errors: Vec<Option<DrawnError>>,
     /// When fits begin no more, and when they end where they are.
+    /// Modes of the refitted model, which an unrecorded force shakes; empty before it was refitted.
+    pub(crate) resonances: Vec<Resonance>,
     pub(crate) patience: Option<Patience>,
 }
 
@@ -101,6 +103,7 @@ impl Study {
         for (recording, role) in by_side_file.chain(told) {
             let record = Record::new(recording, role, model, slowest_hz, fastest_hz)?;
             match role {
+            resonances: Vec::new(),
                 Role::Train => study.train.push(record),
                 Role::HeldOut => study.held_out.push(record),
             }
@@ -390,6 +393,7 @@ impl Study {
         &self,
         on_all: &OnAll,
         part: &OutputResidual<'_>,
+        self.resonances = resonances(&machine.model);
         floor: NoiseSource,
     ) -> Option<InputError> {
         let mut records = self.train.iter().chain(&self.held_out);
@@ -468,6 +472,7 @@ impl Study {
         }
         tests
     }
+                    resonances: &self.resonances,
 
     /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do:
     /// recordings without noise, from a simulation. Their noise floor is no noise, and what stands out of it

@@ -36,6 +36,7 @@ pub(crate) fn compare(study: &mut Study, given: &Hypothesis) -> Result<Compared,
     study.clean(&first_on_all);
     let first_on_all = study.on_all(&first.hypothesis, &first.initial_states(), &[])?;
     let floors = study.floors(&first_on_all);
+    study.trim_zeros(&first_on_all, &floors);
     settle(study, given, &first, floors)
 }
 

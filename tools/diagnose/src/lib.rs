@@ -73,6 +73,7 @@ mod visible;
 mod weighting;
 mod wording;
 
+mod zeros;
 pub use controls::{Controls, Outcome, controls};
 pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;

@@ -11,6 +11,7 @@ use crate::reading_step::ReadingStep;
 use crate::sub_steps::SubSteps;
 
 /// The fewest samples of an output that a diagnosis starts from.
+use crate::zeros::Zero;
 const LEAST_SAMPLES: usize = 100;
 /// Straight lines between grid points weaken a sine by (pi f / rate)² / 3, 0.09 % at this many points a
 /// period, which the grid's values make up for to a hundredth of that.
@@ -43,7 +44,7 @@ pub(crate) struct OutputSignal {
     /// The step that they come in, if they do.
     pub(crate) step: Option<ReadingStep>,
     /// What the sensor reads where nothing moves, if the recording shows it; taken off the samples already.
-    pub(crate) zero: Option<f64>,
+    pub(crate) zero: Option<Zero>,
 }
 
 impl OutputSignal {
@@ -75,7 +76,7 @@ impl OutputSignal {
             return self;
         }
         let samples = self.samples.iter().map(|value| value - mean).collect();
-        Self { samples, zero: Some(mean), ..self }
+        Self { samples, zero: Some(Zero { mean, samples: seen.len(), moved: 0.0 }), ..self }
     }
 
     /// Without the samples for which `aside` holds; they are told apart by their place in `samples`.
@@ -483,9 +484,9 @@ mod tests {
             let (command, speeds) = started(still, zero);
             let found = speeds.clone().with_zero_seen(&command);
             assert_eq!(found.zero.is_some(), seen, "{still} samples at {zero}");
-            let off = found.zero.map_or(0.0, |found| (found - zero).abs());
+            let off = found.zero.map_or(0.0, |found| (found.mean - zero).abs());
             assert!(off < 0.12, "{off}");
-            let taken_off = found.zero.unwrap_or(0.0);
+            let taken_off = found.zero.map_or(0.0, |found| found.mean);
             let same =
                 found.samples.iter().zip(&speeds.samples).all(|(a, b)| (a + taken_off - b).abs() < 1e-12);
             assert!(same, "the samples are less their zero");

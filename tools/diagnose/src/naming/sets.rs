@@ -185,6 +185,7 @@ impl Search<'_> {
         if !self.study.much_lower(&floors, &self.floors) {
             return member;
         }
+        self.study.trim_zeros(&member.on_all(), &floors);
         self.study.weigh_by_floors(&floors);
         self.floors = floors;
         self.weighed_again = true;

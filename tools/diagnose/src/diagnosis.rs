@@ -1,6 +1,7 @@
 //! From a model and recordings to a verdict: the pipeline, readable from top to bottom.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 use std::time::Instant;
 
 use stillbeam_plant::{Hold, Model};
@@ -8,6 +9,7 @@ use stillbeam_recording::{Recording, Role};
 
 use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
 use crate::comparison::{Compared, adequate_on_everything, compare, settle};
+use crate::cost::Meter;
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
 use crate::held_command::{likelier, may_be_held};
@@ -27,8 +29,8 @@ use crate::overlays::overlays;
 use crate::patience::Patience;
 use crate::quality::fits;
 use crate::result::{
-    Confusability, Diagnosis, Effect, Fits, ParameterChange, RecordRole, ResidualTests, SCHEMA_VERSION, Tie,
-    Verdict,
+    Confusability, Cost, Diagnosis, Effect, Fits, ParameterChange, RecordRole, ResidualTests, SCHEMA_VERSION,
+    Tie, Verdict,
 };
 use crate::simulation::Hypothesis;
 use crate::study::Study;
@@ -62,14 +64,12 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
     let patience = Patience::new(options);
-    let found = diagnosed((model, recordings, held_out), options, patience, progress)?;
+    let mut meter = Meter::new(progress);
+    let found = diagnosed((model, recordings, held_out), options, patience, &mut meter)?;
     let found = if !patience.is_over() && may_be_held(model, recordings, &found) {
-        let mut say = |told: &Progress| {
-            let step = format!("with the command held between samples: {}", told.step);
-            progress(&Progress { step, done: told.done.max(LAST_STEP) });
-        };
         let held = model.with_hold(Hold::ZeroOrder);
-        let held = diagnosed((&held, recordings, held_out), options, patience, &mut say);
+        meter.goes_on_with("with the command held between samples", LAST_STEP);
+        let held = diagnosed((&held, recordings, held_out), options, patience, &mut meter);
         // A command that cannot be simulated held is none.
         match held {
             Ok(held) => likelier(found, held, model),
@@ -78,7 +78,7 @@ pub fn diagnose(
     } else {
         found
     };
-    Ok(Diagnosis { seconds: started.elapsed().as_secs_f64(), ..found })
+    Ok(Diagnosis { seconds: started.elapsed().as_secs_f64(), cost: meter.end(), ..found })
 }
 
 /// Share of the work done when the last step begins.
@@ -89,11 +89,13 @@ fn diagnosed(
     (model, recordings, held_out): (&Model, &[Recording], &[Recording]),
     options: &Options,
     patience: Patience,
-    progress: &mut dyn FnMut(&Progress),
+    meter: &mut Meter<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let mut say = |step: &str, done: f64| progress(&Progress { step: step.to_owned(), done });
+    let work = Arc::clone(&meter.work);
+    let mut say = |step: &str, done: f64| meter.begin(step, done);
     say("reading the recordings", 0.0);
-    let study = Study { patience: Some(patience), ..Study::new(model, recordings, held_out)? };
+    let study = Study::new(model, recordings, held_out)?.counted_by(&work);
+    let study = Study { patience: Some(patience), ..study };
     let refitted = refitted(study, model, options, &mut say)?;
     say("trying the catalogue of physics", 0.2);
     let catalogue = if refitted.is_exact { Vec::new() } else { catalogue(&refitted, options) };
@@ -385,6 +387,7 @@ fn told(
         set_aside: study.set_aside.clone(),
         controls: None,
         seconds: 0.0,
+        cost: Cost::default(),
         overlays: overlays(
             &study,
             &columns,

@@ -358,6 +358,9 @@ pub(crate) fn fit_near(
     others: Others<'_>,
     effort: Effort,
 ) -> Option<Fitted> {
+    if let Some(record) = stack.records.first() {
+        record.work.fitted();
+    }
     let mut values = start.to_vec();
     let mut best: Option<Fitted> = None;
     let (absorbing, mut kept) = match others {

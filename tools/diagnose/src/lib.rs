@@ -26,6 +26,7 @@ mod caps;
 mod common_motion;
 mod comparison;
 mod controls;
+mod cost;
 mod determined;
 mod diagnosis;
 mod drawn_error;
@@ -72,8 +73,8 @@ mod verdict;
 mod visible;
 mod weighting;
 mod wording;
-
 mod zeros;
+
 pub use controls::{Controls, Outcome, controls};
 pub use diagnosis::{Progress, diagnose};
 pub use error::DiagnoseError;

@@ -61,7 +61,7 @@ fn has_had(limit_s: f64) -> bool {
 }
 
 /// Processor time that this process has had so far, all threads together; `None` where the system does not tell.
-fn processor_seconds() -> Option<f64> {
+pub(crate) fn processor_seconds() -> Option<f64> {
     let text = fs::read_to_string("/proc/self/stat").ok()?;
     // After the name, which is in brackets and may hold anything, user and system time are the 12th and 13th.
     let mut fields = text.rsplit_once(')')?.1.split_whitespace().skip(11);

@@ -1,17 +1,19 @@
 //! A recording made ready: the input on a grid fine enough to simulate from, the outputs as recorded.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use stillbeam_plant::{Hold, Model, Rerun};
 use stillbeam_recording::{Recording, Role};
 
 use crate::between_samples::{BetweenSamples, HELD_PARTS};
+use crate::cost::Work;
 use crate::error::DiagnoseError;
 use crate::reading_step::ReadingStep;
 use crate::sub_steps::SubSteps;
+use crate::zeros::Zero;
 
 /// The fewest samples of an output that a diagnosis starts from.
-use crate::zeros::Zero;
 const LEAST_SAMPLES: usize = 100;
 /// Straight lines between grid points weaken a sine by (pi f / rate)² / 3, 0.09 % at this many points a
 /// period, which the grid's values make up for to a hundredth of that.
@@ -112,6 +114,8 @@ pub(crate) struct Record {
     pub(crate) outputs: Vec<OutputSignal>,
     /// What modes beyond those of the model follow, at `time_s`, where their share of the outputs is freed.
     pub(crate) remainder: Vec<Vec<f64>>,
+    /// Where its simulations are counted.
+    pub(crate) work: Arc<Work>,
     /// Whether it was cut out of a longer one: rest is no state to begin from then.
     pub(crate) begins_moving: bool,
 }
@@ -167,6 +171,7 @@ impl Record {
             sub_steps: SubSteps::new(band_hz, is_driven),
             outputs,
             remainder: Vec::new(),
+            work: Arc::default(),
             begins_moving: false,
         })
     }
@@ -259,7 +264,7 @@ impl Record {
             let ready = Self::new(piece, self.role, model, None, fastest_hz).ok()?;
             let as_here = ready.between.0 == self.between.0;
             let ready = if as_here { ready } else { ready.between(self.between.0, model, fastest_hz)? };
-            Some(Self { begins_moving: true, ..ready })
+            Some(Self { begins_moving: true, work: Arc::clone(&self.work), ..ready })
         };
         self.recorded_pieces(share, most, model)?.iter().map(ready).collect()
     }

@@ -279,6 +279,32 @@ pub struct Overlay {
     pub without_effects: Option<Vec<f64>>,
 }
 
+/// What a diagnosis cost.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Cost {
+    /// Processor time of this process meanwhile, all threads together; `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
+    /// Recordings that were simulated, each as often as it was.
+    pub simulations: u64,
+    /// Their time stamps, all together.
+    pub simulated_samples: u64,
+    /// Fits that were begun.
+    pub fits: u64,
+    /// The same step by step, in order.
+    pub steps: Vec<StepCost>,
+}
+
+/// What one step of a diagnosis cost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepCost {
+    /// The step, as progress names it.
+    pub step: String,
+    /// Processor time; `None` where the system does not tell.
+    pub processor_seconds: Option<f64>,
+    /// Recordings that were simulated, each as often as it was.
+    pub simulations: u64,
+}
+
 /// A diagnosis. Serialises to the JSON of `stillbeam diagnose`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -331,6 +357,8 @@ pub struct Diagnosis {
     pub controls: Option<Controls>,
     /// Wall-clock time.
     pub seconds: f64,
+    /// What it cost on any machine.
+    pub cost: Cost,
     /// For plots; not part of the JSON.
     #[serde(skip)]
     pub overlays: Vec<Overlay>,

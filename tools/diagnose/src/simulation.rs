@@ -105,6 +105,7 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
+    record.work.simulated(record.time_s.len());
     let outputs = record.rerun.outputs(model, Some(record.sub_steps.longest_s(model))).ok()?;
     at_samples(record, &outputs)
 }

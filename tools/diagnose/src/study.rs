@@ -9,6 +9,7 @@ use stillbeam_recording::{Recording, Role};
 use crate::adequacy::{Adequacy, InputError, Resonance, Series, adequacy};
 use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
+use crate::cost::Work;
 use crate::drawn_error::{DrawnError, drawn_beside_a_fit};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
@@ -42,9 +43,9 @@ pub(crate) struct Study {
     /// What errors of the recorded inputs do, recording by recording, training recordings first; empty before
     /// it was looked for.
     pub(crate) input_errors: Vec<Option<DrawnError>>,
-    /// When fits begin no more, and when they end where they are.
     /// Modes of the refitted model, which an unrecorded force shakes; empty before it was refitted.
     pub(crate) resonances: Vec<Resonance>,
+    /// When fits begin no more, and when they end where they are.
     pub(crate) patience: Option<Patience>,
 }
 
@@ -62,6 +63,12 @@ fn is_resolved(part: &OutputResidual<'_>) -> bool {
 }
 
 impl Study {
+    /// With all its simulations counted there.
+    pub(crate) fn counted_by(mut self, work: &Arc<Work>) -> Self {
+        self.train.iter_mut().chain(&mut self.held_out).for_each(|record| record.work = Arc::clone(work));
+        self
+    }
+
     /// Whether no further search is to be begun.
     pub(crate) fn is_over(&self) -> bool {
         self.patience.is_some_and(|patience| patience.is_over())
@@ -96,6 +103,7 @@ impl Study {
             slowest_hz,
             fastest_hz,
             input_errors: Vec::new(),
+            resonances: Vec::new(),
             patience: None,
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
@@ -103,7 +111,6 @@ impl Study {
         for (recording, role) in by_side_file.chain(told) {
             let record = Record::new(recording, role, model, slowest_hz, fastest_hz)?;
             match role {
-            resonances: Vec::new(),
                 Role::Train => study.train.push(record),
                 Role::HeldOut => study.held_out.push(record),
             }
@@ -386,6 +393,7 @@ impl Study {
         let mut errors = drawn_beside_a_fit(&self.stack(Role::Train), fitted);
         errors.extend(self.held_out.iter().map(|record| DrawnError::of(record, &machine)));
         self.input_errors = errors;
+        self.resonances = resonances(&machine.model);
     }
 
     /// What errors of the recorded input are in one part.
@@ -393,7 +401,6 @@ impl Study {
         &self,
         on_all: &OnAll,
         part: &OutputResidual<'_>,
-        self.resonances = resonances(&machine.model);
         floor: NoiseSource,
     ) -> Option<InputError> {
         let mut records = self.train.iter().chain(&self.held_out);
@@ -465,6 +472,7 @@ impl Study {
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
+                    resonances: &self.resonances,
                     input_error: self.input_error_of(on_all, &part, floor.source),
                 };
                 tests.push((part.record.role, adequacy(&series)));
@@ -472,7 +480,6 @@ impl Study {
         }
         tests
     }
-                    resonances: &self.resonances,
 
     /// Whether a model leaves over no more than rounding and the reading of inputs between their samples do:
     /// recordings without noise, from a simulation. Their noise floor is no noise, and what stands out of it

@@ -32,7 +32,10 @@ pub fn diagnose_page(found: &Diagnosis) -> String {
         @if found.confusability.candidates.len() > 1 { h2 { "How alike the candidates are here" } (confusability_table(found)) }
         h2 { "Every candidate and its gates" }
         (candidate_table(found))
-        p.muted { "Took " (format!("{:.1}", found.seconds)) " s." }
+        p.muted {
+            "Took " (format!("{:.1}", found.seconds)) " s: " (found.cost.simulations) " simulations of a recording, "
+            (found.cost.fits) " fits."
+        }
     };
     page("Diagnosis", &body)
 }

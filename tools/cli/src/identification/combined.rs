@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 use stillbeam_identify::{
-    Estimate, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict, Quantity, Warning, WarningKind,
-    merged, resolution,
+    Estimate, IdentifiedMode, IdentifiedModes, Linearity, LinearityVerdict, Quantity, UncertaintyBox,
+    Warning, WarningKind, compare_recordings, merged, resolution,
 };
 
 /// How far (a fraction) two recordings' frequencies may differ and still be one mode.
-const SAME_MODE: f64 = 0.05;
+const SAME_MODE: f64 = 0.1;
 
 /// Standard errors beyond which two recordings disagree.
 const DISAGREEMENT: f64 = 3.0;
@@ -17,8 +17,8 @@ const DISAGREEMENT: f64 = 3.0;
 pub struct CombinedModes<'r> {
     /// As in [`IdentifiedModes`].
     pub schema_version: u32,
-    /// The modes of all recordings together: of one fit where they are forced, else those that all show, as means
-    /// weighted by the inverse variances. Their boxes hold those of every recording alone.
+    /// The modes of all recordings together: of one fit where they are forced and agree, else means weighted by the
+    /// inverse variances, of decays of those that all show. Their boxes hold those of every recording alone.
     pub modes: Vec<IdentifiedMode>,
     /// Whether the structure answered as a linear one, in each recording and from one to the other.
     pub linearity: Linearity,
@@ -28,6 +28,11 @@ pub struct CombinedModes<'r> {
     pub together: Option<&'r IdentifiedModes>,
     /// What each recording gave alone.
     pub recordings: &'r [IdentifiedModes],
+}
+
+/// Whether no mode differs between the recordings by more than their errors allow and enough to matter to a shaper.
+pub fn recordings_agree(results: &[IdentifiedModes]) -> bool {
+    compare_recordings(results).is_empty()
 }
 
 /// Combines results, with the one fit of all where there is one.
@@ -40,16 +45,16 @@ pub fn combine<'r>(
         for mode in &first.modes {
             for other in others {
                 let shorter_s = duration_s(first).min(duration_s(other));
-                let twin = twin(mode, other);
+                let twin = twin(mode, &first.modes, &other.modes);
                 warnings.extend(twin.into_iter().flat_map(|twin| disagreements(mode, twin, shorter_s)));
             }
         }
     }
     let modes = match together {
-        Some(together) => together.modes.clone(),
-        None => shared_modes(results),
+        Some(together) if recordings_agree(results) => together.modes.clone(),
+        _ => mean_modes(results),
     };
-    let modes: Vec<IdentifiedMode> = modes.into_iter().map(|mode| boxed(mode, results)).collect();
+    let modes: Vec<IdentifiedMode> = modes.iter().map(|mode| boxed(mode, &modes, results)).collect();
     let mut linearity = Linearity::of(&modes);
     for verdict in [LinearityVerdict::NotConstant, LinearityVerdict::NotLinear] {
         let mut alone = results.iter().map(|result| &result.linearity);
@@ -75,38 +80,70 @@ pub fn combine<'r>(
     }
 }
 
-/// The modes that every recording shows.
-fn shared_modes(results: &[IdentifiedModes]) -> Vec<IdentifiedMode> {
-    let Some((first, others)) = results.split_first() else { return Vec::new() };
-    let shared = first.modes.iter().filter_map(|mode| {
-        let twins: Vec<&IdentifiedMode> =
-            others.iter().map(|other| twin(mode, other)).collect::<Option<_>>()?;
-        let estimates = |pick: fn(&IdentifiedMode) -> Estimate| {
-            weighted_mean([mode].into_iter().chain(twins.iter().copied()).map(pick))
-        };
-        Some(IdentifiedMode {
-            frequency_hz: estimates(|mode| mode.frequency_hz),
-            damping_ratio: estimates(|mode| mode.damping_ratio),
-            ..mode.clone()
-        })
-    });
-    shared.collect()
+/// The modes that the recordings show, each once, as means over those that show it; of free decays only what all of
+/// them show. One fit of forced recordings that disagree would put a mode between theirs and take the difference for
+/// damping.
+fn mean_modes(results: &[IdentifiedModes]) -> Vec<IdentifiedMode> {
+    let forced = results.iter().all(|result| result.input.is_some());
+    let mut modes = Vec::new();
+    for (index, result) in results.iter().enumerate() {
+        let (earlier, later) = (&results[..index], &results[index + 1..]);
+        for mode in &result.modes {
+            let twin_in = |other: &IdentifiedModes| twin(mode, &result.modes, &other.modes).cloned();
+            if earlier.iter().any(|other| twin_in(other).is_some()) {
+                continue;
+            }
+            let twins: Vec<IdentifiedMode> = later.iter().filter_map(twin_in).collect();
+            if forced || twins.len() + 1 == results.len() {
+                modes.push(mean_mode(mode, &twins));
+            }
+        }
+    }
+    // Of one recording they stay in its order, which is that of its file.
+    if results.len() > 1 {
+        modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
+    }
+    modes
 }
 
-/// The mode with a box that holds what every recording says of it.
-fn boxed(mode: IdentifiedMode, results: &[IdentifiedModes]) -> IdentifiedMode {
-    results.iter().fold(mode, |mode, result| match twin(&mode, result) {
+/// The mean of a mode and its twins in other recordings.
+fn mean_mode(mode: &IdentifiedMode, twins: &[IdentifiedMode]) -> IdentifiedMode {
+    let mean =
+        |pick: fn(&IdentifiedMode) -> Estimate| weighted_mean([mode].into_iter().chain(twins).map(pick));
+    let (frequency_hz, damping_ratio) = (mean(|mode| mode.frequency_hz), mean(|mode| mode.damping_ratio));
+    let mean_alone =
+        UncertaintyBox { frequency_hz: [frequency_hz.value; 2], damping_ratio: [damping_ratio.value; 2] };
+    IdentifiedMode { frequency_hz, damping_ratio, ..mode.clone() }.with_box_over(&mean_alone)
+}
+
+/// The mode, one of `modes`, with a box that holds what every recording says of it.
+fn boxed(mode: &IdentifiedMode, modes: &[IdentifiedMode], results: &[IdentifiedModes]) -> IdentifiedMode {
+    results.iter().fold(mode.clone(), |boxed, result| match twin(mode, modes, &result.modes) {
         Some(alone) if alone.damping_ratio.stderr < alone.damping_ratio.value => {
-            mode.with_box_over(&alone.uncertainty_box)
+            boxed.with_box_over(&alone.uncertainty_box)
         }
-        _ => mode,
+        _ => boxed,
     })
 }
 
-fn twin<'m>(mode: &IdentifiedMode, other: &'m IdentifiedModes) -> Option<&'m IdentifiedMode> {
-    let distance = |twin: &IdentifiedMode| (twin.frequency_hz.value / mode.frequency_hz.value).ln().abs();
-    let nearest = other.modes.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    nearest.filter(|twin| distance(twin) < SAME_MODE)
+/// The same mode, one of `own`, among `others`: either is the nearest to the other.
+pub fn twin<'m>(
+    mode: &IdentifiedMode,
+    own: &[IdentifiedMode],
+    others: &'m [IdentifiedMode],
+) -> Option<&'m IdentifiedMode> {
+    let found = nearest(mode, others).filter(|found| distance(mode, found) < SAME_MODE)?;
+    let back = nearest(found, own)?;
+    (distance(back, found) >= distance(mode, found)).then_some(found)
+}
+
+fn nearest<'m>(mode: &IdentifiedMode, among: &'m [IdentifiedMode]) -> Option<&'m IdentifiedMode> {
+    among.iter().min_by(|a, b| distance(mode, a).total_cmp(&distance(mode, b)))
+}
+
+/// How far apart two frequencies are, as a fraction.
+fn distance(a: &IdentifiedMode, b: &IdentifiedMode) -> f64 {
+    (a.frequency_hz.value / b.frequency_hz.value).ln().abs()
 }
 
 /// Length of the fitted record, s.
@@ -143,14 +180,19 @@ fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode, shorter_s: f64
 /// Weighted by inverse variances: to first order what one fit of all decays gives, whose sum of squares is the sum of
 /// the single ones, each a parabola around its own minimum, every decay with its own amplitudes, offset and noise
 /// (docs/derivations/identification.md; `tests/decays_together.rs` makes that fit). The plain mean when none
-/// has a finite one.
+/// has a finite one. Values that disagree scatter by more than their errors: the mean is then known no better than
+/// their scatter says (Birge's ratio).
 fn weighted_mean(estimates: impl Iterator<Item = Estimate> + Clone) -> Estimate {
     let weight = |estimate: &Estimate| estimate.stderr.powi(-2);
-    let total: f64 = estimates.clone().map(|estimate| weight(&estimate)).sum();
-    if total.is_finite() && total > 0.0 {
-        let sum: f64 = estimates.map(|estimate| weight(&estimate) * estimate.value).sum();
-        return Estimate { value: sum / total, stderr: total.sqrt().recip() };
-    }
     let count = estimates.clone().count().max(1) as f64;
-    Estimate { value: estimates.map(|estimate| estimate.value).sum::<f64>() / count, stderr: f64::INFINITY }
+    let total: f64 = estimates.clone().map(|estimate| weight(&estimate)).sum();
+    if !(total.is_finite() && total > 0.0) {
+        let value = estimates.map(|estimate| estimate.value).sum::<f64>() / count;
+        return Estimate { value, stderr: f64::INFINITY };
+    }
+    let value = estimates.clone().map(|estimate| weight(&estimate) * estimate.value).sum::<f64>() / total;
+    let squares: f64 = estimates.map(|one| weight(&one) * (one.value - value).powi(2)).sum();
+    let scatter = (squares / (count - 1.0).max(1.0)).sqrt();
+    let stretch = if scatter > DISAGREEMENT { scatter } else { 1.0 };
+    Estimate { value, stderr: stretch * total.sqrt().recip() }
 }

@@ -3,6 +3,8 @@
 pub mod axis_shapers;
 pub mod columns;
 pub mod combined;
+pub mod from_recordings;
 pub mod modal_file;
 pub mod modes_file;
+pub mod options;
 pub mod sweep;

@@ -3,9 +3,10 @@
 use std::fmt;
 
 use clap::Args;
-use stillbeam_identify::{IdentifiedMode, IdentifiedModes, ModesFile};
+use stillbeam_identify::{IdentifiedModes, ModesFile};
 use stillbeam_shape::{AxisComparison, AxisMode, AxisRequest, Corner, spectrum_share};
 
+use super::vibration_share::vibration_share;
 use crate::error::CliError;
 use crate::length::Length;
 use crate::shaping::{BoxFloor, measured_box};
@@ -44,10 +45,9 @@ impl AxisArgs {
         let filed = ModesFile::parse(&axis.recording, to_json(axis)?.as_bytes())
             .map_err(|error| CliError::Usage(error.to_string()))?;
         let floor = self.floor.spread()?;
-        let modes =
-            filed.modes.iter().zip(&axis.modes).map(|(filed, mode)| {
-                Ok(AxisMode { area: measured_box(filed, floor)?, weight: weight(mode) })
-            });
+        let modes = filed.modes.iter().zip(&axis.modes).map(|(filed, mode)| {
+            Ok(AxisMode { area: measured_box(filed, floor)?, weight: vibration_share(mode, &axis.output) })
+        });
         let modes: Vec<AxisMode> = modes.collect::<Result<_, CliError>>()?;
         Ok(AxisShapers {
             axis: axis.recording.clone(),
@@ -76,15 +76,6 @@ impl AxisArgs {
         let corner = Corner { speed_m_s: 1e-3 * self.corner_speed, deviation_m };
         Ok(AxisRequest { tolerance: 1e-2 * self.left, corner })
     }
-}
-
-/// A mode's weight in the vibration that a change of the axis' acceleration leaves: its participation over
-/// the square of its frequency, which is its share of the displacement. Where participations are not known,
-/// its amplitude in the record.
-fn weight(mode: &IdentifiedMode) -> f64 {
-    let (hz, amplitude) = (mode.frequency_hz.value, mode.amplitude.value);
-    let weight = mode.participation.map_or(amplitude.abs(), |share| share.value.abs() / (hz * hz));
-    weight.max(f64::MIN_POSITIVE)
 }
 
 /// Power density of the recorded acceleration, pairs of hertz and density; nothing of other quantities.

@@ -8,3 +8,4 @@ pub mod modal_file;
 pub mod modes_file;
 pub mod options;
 pub mod sweep;
+pub mod vibration_share;

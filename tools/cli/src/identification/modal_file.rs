@@ -92,11 +92,7 @@ fn add_static_share(model: &mut ModalModel, compliance: f64) {
 }
 
 fn modal_model(modes: &IdentifiedModes) -> ModalModel {
-    let quantity = match unit_of(&modes.output).as_str() {
-        "m_s" | "mm_s" | "rad_s" | "deg_s" => Quantity::Velocity,
-        "m_s2" | "mm_s2" | "g" | "rad_s2" => Quantity::Acceleration,
-        _ => Quantity::Position,
-    };
+    let quantity = quantity_of(&modes.output);
     let input = modes.input.as_ref().map(|column| match unit_of(column).as_str() {
         // Any other position of the base goes by the name that the model format has for it.
         "m" if column != SETPOINT => Input::new(BASE_POSITION),
@@ -128,6 +124,15 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
         outputs: vec![ModalOutput { column: modes.output.clone(), quantity }],
         fixed: BTreeMap::new(),
         setup: Setup::default(),
+    }
+}
+
+/// What a column is, by its unit.
+pub fn quantity_of(column: &str) -> Quantity {
+    match unit_of(column).as_str() {
+        "m_s" | "mm_s" | "rad_s" | "deg_s" => Quantity::Velocity,
+        "m_s2" | "mm_s2" | "g" | "rad_s2" => Quantity::Acceleration,
+        _ => Quantity::Position,
     }
 }
 

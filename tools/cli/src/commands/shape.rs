@@ -7,8 +7,8 @@ use stillbeam_shape::{DEFAULT_TYPE, KnownStageTypes, OptimalRequest, ShaperDesig
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
-use crate::report::shape_page::shape_page;
-use crate::shaping::{MachineLimits, ModeSelection, Task, board_rate_hz};
+use crate::report::shape_page::{Purpose, shape_page};
+use crate::shaping::{Candidate, MachineLimits, ModeSelection, Task, board_rate_hz, candidates};
 use crate::streams::{Streams, json_on_stdout};
 
 /// Design a shaper, exactly as the board runs it: one stage per mode, or the shortest for all modes at once.
@@ -91,8 +91,16 @@ impl ShapeArgs {
             streams.write_text(file, &design.to_json())?;
         }
         if let Some(file) = &self.report {
-            let table = design.table().map_err(|error| CliError::Internal(error.to_string()))?;
-            streams.write_text(file, &shape_page(&design, &table, &task, self.tolerance))?;
+            let others = candidates(&task.boxes, design.rate_hz, self.tolerance);
+            let own = Candidate::new("this one", design);
+            let own = own.map_err(|error| CliError::Internal(error.to_string()))?;
+            let purpose = Purpose {
+                boxes: &task.boxes,
+                described: &task.described,
+                tolerance: self.tolerance,
+                reasons: &[],
+            };
+            streams.write_text(file, &shape_page(&own, others, &purpose))?;
         }
         Ok(())
     }

@@ -1,21 +1,30 @@
 //! The report of `shape`.
 
 use maud::{Markup, html};
-use stillbeam_firmware::shaper::ShaperTable;
-use stillbeam_shape::{ShaperDesign, TableCost, harmonic_accidents};
+use stillbeam_shape::{ModeBox, ShaperDesign, harmonic_accidents};
 
 use super::page::{figure, page, warnings};
 use super::plot::{Chart, Series, Style};
 use super::shape_charts::{pareto_chart, sensitivity_chart};
-use crate::shaping::{Candidate, Task, candidates};
+use crate::shaping::Candidate;
 
-/// The page for one design, beside what else there is for the same modes, boxes and tolerance (a fraction); `table` is the
-/// same design as the core runs it.
-pub fn shape_page(design: &ShaperDesign, table: &ShaperTable, task: &Task, tolerance: f64) -> String {
-    let boxes = &task.boxes;
-    let own = Candidate::new("this one", table.clone(), boxes);
-    let mut others = candidates(boxes, design.rate_hz, tolerance);
-    // The shortest without negative weights is worth a row of its own only where this one is another.
+/// Modes to shape for, and what is asked of a shaper for them.
+pub struct Purpose<'p> {
+    /// Where every mode may be.
+    pub boxes: &'p [ModeBox],
+    /// The boxes in words.
+    pub described: &'p str,
+    /// The most that may be left of any mode, a fraction.
+    pub tolerance: f64,
+    /// Why this shaper was taken, a paragraph each; nothing where it was asked for.
+    pub reasons: &'p [String],
+}
+
+/// The page for one shaper, beside the others that there are for the same modes, boxes and tolerance.
+pub fn shape_page(own: &Candidate, mut others: Vec<Candidate>, purpose: &Purpose<'_>) -> String {
+    let Purpose { boxes, described, tolerance, reasons } = *purpose;
+    let (design, cost) = (&own.design, own.cost);
+    // The same shaper under its own name is no other one.
     others.retain(|other| other.table != own.table);
     let impulses = |design: &ShaperDesign| {
         design.impulses.iter().map(|impulse| (1e3 * impulse.time_s, impulse.amplitude)).collect()
@@ -36,9 +45,9 @@ pub fn shape_page(design: &ShaperDesign, table: &ShaperTable, task: &Task, toler
             )
         })
         .collect();
-    let cost = TableCost::of(table);
     let body = html! {
         h1 { "Shaper" }
+        @for reason in reasons { p.note { (reason) } }
         p {
             "Tick rate " (design.rate_hz) " Hz, duration " (format!("{:.5}", design.duration_s)) " s, delay of a ramp "
             (format!("{:.5}", design.delay_s)) " s, CRC " code { (design.crc32) } ". On the board: " (cost.taps) " taps, "
@@ -50,19 +59,19 @@ pub fn shape_page(design: &ShaperDesign, table: &ShaperTable, task: &Task, toler
                 "every shaper leaves at least " (format!("{:.5}", 100.0 * optimal.bound_one_tick_less)) " % of some mode."
             }
         }
-        p { "Boxes: " (task.described) "." }
-        (modes_table(design, task))
+        p { "Boxes: " (described) "." }
+        (modes_table(design, boxes))
         p.muted {
             "Residual: amplitude of the vibration left behind, relative to the unshaped command, computed from the integer taps that the board runs."
         }
         h2 { "Beside the others" }
-        (candidates_table(&own, &others, tolerance))
+        (candidates_table(own, &others, tolerance))
         (warnings(accidents.iter().map(String::as_str)))
-        @if let Some(chart) = pareto_chart(boxes, design.rate_hz, tolerance, &own, &others) {
+        @if let Some(chart) = pareto_chart(boxes, design.rate_hz, tolerance, own, &others) {
             (figure(&chart, "Worst residual of all modes over their boxes. The line is the least that any shaper with non-negative weights can leave; the green area meets the tolerance."))
         }
         @for (index, area) in boxes.iter().enumerate() {
-            (figure(&sensitivity_chart(area, &format!("Mode {}, {} Hz", index + 1, area.nominal_hz()), &own, &others, tolerance),
+            (figure(&sensitivity_chart(area, &format!("Mode {}, {:.4} Hz", index + 1, area.nominal_hz()), own, &others, tolerance),
                 "Green: the mode's box and the tolerance. At the nominal damping ratio."))
         }
         h2 { "Impulses" }
@@ -74,7 +83,7 @@ pub fn shape_page(design: &ShaperDesign, table: &ShaperTable, task: &Task, toler
     page("Shaper", &body)
 }
 
-fn modes_table(design: &ShaperDesign, task: &Task) -> Markup {
+fn modes_table(design: &ShaperDesign, boxes: &[ModeBox]) -> Markup {
     html! {
         table {
             thead { tr {
@@ -82,10 +91,10 @@ fn modes_table(design: &ShaperDesign, task: &Task) -> Markup {
                 th { "residual, nominal (%)" } th { "worst in its box (%)" }
             } }
             tbody {
-                @for (index, area) in task.boxes.iter().enumerate() {
+                @for (index, area) in boxes.iter().enumerate() {
                     tr {
-                        td { (index + 1) } td { (area.nominal_hz()) } td { (range(area.frequency_hz(), 4)) }
-                        td { (area.nominal_damping_ratio()) } td { (range(area.damping_ratio(), 5)) }
+                        td { (index + 1) } td { (format!("{:.5}", area.nominal_hz())) } td { (range(area.frequency_hz(), 4)) }
+                        td { (format!("{:.6}", area.nominal_damping_ratio())) } td { (range(area.damping_ratio(), 5)) }
                         @match design.stages.get(index).filter(|stage| stage.frequency_hz.is_some()) {
                             Some(stage) => { td { (stage.shaper.to_string()) } td { (stage.taps.len()) } }
                             None => { td { "all at once" } td {} }
@@ -112,8 +121,8 @@ fn candidates_table(own: &Candidate, others: &[Candidate], tolerance: f64) -> Ma
                         td { (candidate.name) }
                         td { (format!("{:.4}", candidate.table.duration_s())) } td { (format!("{:.4}", candidate.table.delay_s())) }
                         td { (candidate.cost.taps) } td { (candidate.cost.ram_bytes) } td { (candidate.cost.instructions) }
-                        td { (each(&candidate.nominal)) } td { (each(&candidate.worst_over_box)) }
-                        td { @if candidate.worst() <= tolerance { "yes" } @else { "no" } }
+                        td { (each(&candidate.design.residual.nominal)) } td { (each(candidate.worst_over_box())) }
+                        td { @if candidate.holds(tolerance) { "yes" } @else { "no" } }
                     }
                 }
             }

@@ -2,7 +2,7 @@
 
 use stillbeam_firmware::shaper::{Mode, ShaperTable, ShaperType};
 use stillbeam_shape::{
-    ModeBox, OptimalRequest, ShaperDesign, StagePlan, StageType, TableCost, worst_over_box,
+    ModeBox, OptimalRequest, ROUNDING, ShaperDesign, StagePlan, StageType, TableCost, TableProblem,
 };
 
 /// One shaper for all modes.
@@ -10,32 +10,37 @@ use stillbeam_shape::{
 pub struct Candidate {
     /// Its type.
     pub name: String,
+    /// As files have it, with what it leaves of every mode.
+    pub design: ShaperDesign,
     /// What the board runs.
     pub table: ShaperTable,
-    /// The largest residual of each mode over its box, a fraction.
-    pub worst_over_box: Vec<f64>,
-    /// Of the nominal modes.
-    pub nominal: Vec<f64>,
     /// Memory and instructions.
     pub cost: TableCost,
 }
 
 impl Candidate {
-    /// Judges a table over boxes.
-    pub fn new(name: impl Into<String>, table: ShaperTable, boxes: &[ModeBox]) -> Self {
-        let worst = |area: &ModeBox| worst_over_box(&table, area);
-        Self {
-            name: name.into(),
-            worst_over_box: boxes.iter().map(worst).collect(),
-            nominal: boxes.iter().map(|area| worst(&area.nominal())).collect(),
-            cost: TableCost::of(&table),
-            table,
-        }
+    /// A design as one to choose.
+    ///
+    /// # Errors
+    /// [`TableProblem`] for a design that is no table.
+    pub fn new(name: impl Into<String>, design: ShaperDesign) -> Result<Self, TableProblem> {
+        let table = design.table()?;
+        Ok(Self { name: name.into(), cost: TableCost::of(&table), table, design })
+    }
+
+    /// The largest residual of each mode over its box, a fraction.
+    pub fn worst_over_box(&self) -> &[f64] {
+        &self.design.residual.worst_over_box
     }
 
     /// The largest residual of any mode over its box.
     pub fn worst(&self) -> f64 {
-        self.worst_over_box.iter().copied().fold(0.0, f64::max)
+        self.worst_over_box().iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Whether no mode keeps more than the tolerance, a fraction, anywhere in its box.
+    pub fn holds(&self, tolerance: f64) -> bool {
+        self.worst() <= tolerance + ROUNDING
     }
 }
 
@@ -52,12 +57,13 @@ pub fn candidates(boxes: &[ModeBox], rate_hz: f64, tolerance: f64) -> Vec<Candid
                 Some(StagePlan { mode, kind })
             };
             let plans: Option<Vec<StagePlan>> = boxes.iter().map(plan).collect();
-            let table = ShaperDesign::cascade(&plans?, rate_hz, boxes).ok()?.table().ok()?;
-            Some(Candidate::new(kind.to_string(), table, boxes))
+            let design = ShaperDesign::cascade(&plans?, rate_hz, boxes).ok()?;
+            Candidate::new(kind.to_string(), design).ok()
         })
         .collect();
     let request =
         OptimalRequest { modes: boxes.to_vec(), rate_hz, tolerance, negative_limit: 0.0, longest_s: None };
-    candidates.extend(request.solve().ok().map(|shaper| Candidate::new("optimal", shaper.table, boxes)));
+    let optimal = request.solve().ok().map(|shaper| ShaperDesign::optimal(&shaper));
+    candidates.extend(optimal.and_then(|design| Candidate::new(StageType::Optimal.to_string(), design).ok()));
     candidates
 }

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::board::BoardError;
 use crate::data::DataError;
+use crate::tuning::TuningError;
 
 /// Why a command failed.
 #[derive(Debug, Error)]
@@ -51,6 +52,9 @@ pub enum CliError {
     /// A shaper's file.
     #[error(transparent)]
     Table(#[from] TableFileError),
+    /// A recommendation.
+    #[error(transparent)]
+    Tuning(#[from] TuningError),
     /// Public recordings.
     #[error(transparent)]
     Data(#[from] DataError),

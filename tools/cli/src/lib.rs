@@ -13,6 +13,7 @@
 //! | which columns, and the files that modes go into | [`identification`] |
 //! | two recordings of one clock, in one table | [`merging`] |
 //! | where modes may be, and what the machine stands | [`shaping`] |
+//! | which shaper to take, and why | [`tuning`] |
 //! | public recordings, fetched and checked | [`data`] |
 //! | results become self-contained HTML pages | [`report`] |
 //!
@@ -39,4 +40,5 @@ pub mod reading;
 pub mod report;
 pub mod shaping;
 pub mod streams;
+pub mod tuning;
 pub mod workspace;

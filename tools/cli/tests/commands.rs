@@ -12,7 +12,7 @@ fn json(text: &str) -> Value {
 #[test]
 fn every_subcommand_has_help_with_an_example() {
     let help = accepted(&["--help"]);
-    for command in ["identify", "shape", "apply", "simulate", "model", "console", "flash", "demo"] {
+    for command in ["identify", "tune", "shape", "apply", "simulate", "model", "console", "flash", "demo"] {
         assert!(help.contains(command), "{command}");
         let help = accepted(&[command, "--help"]);
         assert!(help.contains("Example:") && help.contains(&format!("stillbeam {command}")), "{help}");

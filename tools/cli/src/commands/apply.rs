@@ -14,7 +14,7 @@ use crate::demo::board_setup::apply_shapers;
 use crate::error::CliError;
 use crate::identification::modes_file::ChosenModes;
 use crate::outputs::keep_apart;
-use crate::shaping::{BoxFloor, measured_box};
+use crate::shaping::{BoxFloor, Tolerance, measured_box};
 use crate::streams::{Streams, json_on_stdout};
 
 /// Set identified modes on a board, over its console, and let it design and run their shaper.
@@ -41,9 +41,8 @@ pub struct ApplyArgs {
     kind: Option<String>,
     #[command(flatten)]
     floor: BoxFloor,
-    /// The most vibration that a mode may keep anywhere in its box, as a fraction of the unshaped command's
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.05, allow_negative_numbers = true)]
-    tolerance: f64,
+    #[command(flatten)]
+    tolerance: Tolerance,
     /// Store the settings in the board's flash
     #[arg(long)]
     save: bool,
@@ -78,12 +77,7 @@ const LADDER: [ShaperType; 4] = [ShaperType::Zv, ShaperType::Zvd, ShaperType::Zv
 impl ApplyArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         keep_apart([self.modes.as_path()], [self.json.as_deref()])?;
-        if !(self.tolerance > 0.0 && self.tolerance < 1.0) {
-            return Err(CliError::Usage(format!(
-                "--tolerance {}: give a fraction above 0 and below 1",
-                self.tolerance
-            )));
-        }
+        let tolerance = self.tolerance.fraction()?;
         let kind = self.kind.as_deref().map(parse_type).transpose()?;
         let chosen = ChosenModes::read(&self.modes, &self.chosen)?;
         chosen.remarks().iter().for_each(|remark| streams.say(remark));
@@ -126,7 +120,7 @@ impl ApplyArgs {
                 })
                 .collect(),
         };
-        for mode in applied.modes.iter().filter(|mode| mode.worst_over_box > self.tolerance) {
+        for mode in applied.modes.iter().filter(|mode| mode.worst_over_box > tolerance) {
             streams.say(&format!(
                 "the mode at {:.4} Hz may keep {:.1} % of its vibration somewhere in its box; `stillbeam shape --optimal --box {}` designs for the box",
                 mode.frequency_hz,
@@ -158,7 +152,7 @@ impl ApplyArgs {
         for kind in LADDER {
             last = typed(kind)?;
             // The other modes' stages take away more, never less.
-            if worst_over_box(&table(&[last], rate_hz)?, area) <= self.tolerance {
+            if worst_over_box(&table(&[last], rate_hz)?, area) <= self.tolerance.fraction()? {
                 break;
             }
         }

@@ -16,6 +16,7 @@ pub mod plan;
 pub mod record;
 pub mod shape;
 pub mod simulate;
+pub mod tune;
 pub mod upload;
 
 use clap::{Parser, Subcommand};
@@ -45,6 +46,7 @@ pub struct Cli {
 enum Command {
     Diagnose(diagnose::DiagnoseArgs),
     Identify(identify::IdentifyArgs),
+    Tune(tune::TuneArgs),
     Convert(convert::ConvertArgs),
     Merge(merge::MergeArgs),
     Data(data::DataArgs),
@@ -72,6 +74,7 @@ impl Cli {
         match &self.command {
             Command::Diagnose(args) => args.run(streams),
             Command::Identify(args) => args.run(streams),
+            Command::Tune(args) => args.run(streams),
             Command::Convert(args) => args.run(streams),
             Command::Data(args) => args.run(streams),
             Command::Shape(args) => args.run(streams),

@@ -5,10 +5,12 @@ mod candidates;
 mod comparison;
 mod machine;
 mod selection;
+mod tolerance;
 mod uncertainty;
 
 pub use candidates::{Candidate, candidates};
 pub use comparison::{ComparedMove, compare_moves};
 pub use machine::{MachineLimits, MoveCheck};
 pub use selection::{ModeSelection, Task, board_rate_hz};
-pub use uncertainty::{BoxFloor, Uncertainty, measured_box, mode_boxes};
+pub use tolerance::Tolerance;
+pub use uncertainty::{BoxFloor, Spread, Uncertainty, describe_measured, measured_box, mode_boxes};

@@ -38,6 +38,14 @@ impl Spread {
 /// A percentage that is none of a box.
 struct OutOfRange;
 
+impl Spread {
+    /// As it is written on the command line.
+    pub fn argument(&self) -> String {
+        let percent = |fraction: f64| (1e6 * fraction).round() / 1e4;
+        format!("{}%,{}%", percent(self.frequency), percent(self.damping))
+    }
+}
+
 impl fmt::Display for Spread {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let percent = |fraction: f64| (1e6 * fraction).round() / 1e4;
@@ -84,8 +92,8 @@ pub fn measured_box(mode: &FiledMode, floor: Spread) -> Result<ModeBox, CliError
 /// What the boxes of measured modes are, in words.
 pub fn describe_measured(file: &std::path::Path, floor: Spread) -> String {
     format!(
-        "the larger of what {} measured ({BOX_STANDARD_ERRORS} standard errors either way, and what depends on amplitude) \
-         and the floor ({floor}; --box-floor)",
+        "the largest of what {} measured ({BOX_STANDARD_ERRORS} standard errors either way, and what depends on amplitude), \
+         what differs between its recordings, and the floor ({floor}; --box-floor)",
         file.display()
     )
 }

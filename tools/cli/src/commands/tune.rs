@@ -49,21 +49,18 @@ pub struct TuneArgs {
 
 /// What is written into the folder.
 struct Files {
-    modes: PathBuf,
-    modes_page: PathBuf,
-    table: PathBuf,
-    shaper_page: PathBuf,
+    modes: String,
+    modes_page: String,
+    table: String,
+    shaper_page: String,
 }
 
 impl Files {
     fn within(folder: &Path) -> Self {
         let [modes, modes_page, table, shaper_page] =
-            ["modes.json", "modes.html", "table.json", "shaper.html"].map(|name| folder.join(name));
+            ["modes.json", "modes.html", "table.json", "shaper.html"]
+                .map(|name| folder.join(name).display().to_string());
         Self { modes, modes_page, table, shaper_page }
-    }
-
-    fn names(&self) -> [String; 4] {
-        [&self.modes, &self.modes_page, &self.table, &self.shaper_page].map(|path| path.display().to_string())
     }
 }
 
@@ -73,25 +70,29 @@ impl TuneArgs {
         let files = Files::within(&self.out);
         std::fs::create_dir_all(&self.out)
             .map_err(|error| CliError::file(self.out.display().to_string(), &error))?;
-        let names = files.names();
-        let written = names.iter().map(String::as_str).chain(self.json.as_deref());
-        keep_apart(self.recorded.files(), written.map(Some))?;
+        let Files { modes, modes_page, table, shaper_page } = &files;
+        let written = [modes, modes_page, table, shaper_page].map(|file| Some(file.as_str()));
+        keep_apart(self.recorded.files(), written.into_iter().chain([self.json.as_deref()]))?;
 
         let identified = self.recorded.identify(JointFit::WhereTheyAgree, streams)?;
-        let modes = write_modes(&identified, &files, streams)?;
+        let filed = write_modes(&identified, &files, streams)?;
         let request = TuningRequest {
             chosen: self.chosen.clone(),
             floor,
             tolerance,
             rate_hz: board_rate_hz(self.rate, streams),
         };
-        let tuning = Tuning::new(&identified, &modes, request)?;
-        write_shaper(&tuning, &files, streams)?;
+        let tuning = Tuning::new(&identified, &filed, request)?;
+        streams.write_text(table, &tuning.recommendation.best().design.to_json())?;
         if !json_on_stdout(self.json.as_deref()) {
-            print(&tuning, &NextCommands::of(&tuning, &files.modes, &files.table), streams)?;
+            print(&tuning, &NextCommands::of(&tuning, modes, table), streams)?;
         }
-        let numbers = TuningNumbers::of(&tuning);
-        self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
+        if let Some(file) = &self.json {
+            streams.write_json(file, &TuningNumbers::of(&tuning))?;
+        }
+        // Its chart of all durations takes far longer than the recommendation, which nobody should have to wait for.
+        streams.say("drawing the report on the shaper");
+        streams.write_text(shaper_page, &report_on_shaper(&tuning, modes))
     }
 }
 
@@ -104,26 +105,23 @@ fn write_modes(
     for warning in &identified.combined().warnings {
         streams.say(&format!("warning: {}", warning.message));
     }
-    let (file, json) = (files.modes.display().to_string(), identified.modes_json()?);
-    streams.write_text(&file, &json)?;
-    streams.write_text(&files.modes_page.display().to_string(), &identify_page(&identified.all(), &[]))?;
-    Ok(ModesFile::parse(&file, json.as_bytes())?)
+    let json = identified.modes_json()?;
+    streams.write_text(&files.modes, &json)?;
+    streams.write_text(&files.modes_page, &identify_page(&identified.all(), &[]))?;
+    Ok(ModesFile::parse(&files.modes, json.as_bytes())?)
 }
 
-/// The table and its report, as `shape` writes them.
-fn write_shaper(tuning: &Tuning, files: &Files, streams: &mut Streams<'_>) -> Result<(), CliError> {
+/// The report on the shaper, as `shape` writes it, with the reasons.
+fn report_on_shaper(tuning: &Tuning, modes: &str) -> String {
     let recommendation = &tuning.recommendation;
-    let best = recommendation.best();
-    streams.write_text(&files.table.display().to_string(), &best.design.to_json())?;
-    let own = Candidate { name: "this one".to_owned(), ..best.clone() };
+    let own = Candidate { name: "this one".to_owned(), ..recommendation.best().clone() };
     let purpose = Purpose {
         boxes: &tuning.modes.boxes(),
-        described: &describe_measured(&files.modes, tuning.request.floor),
+        described: &describe_measured(Path::new(modes), tuning.request.floor),
         tolerance: recommendation.tolerance(),
         reasons: &Reasons::of(tuning).all(),
     };
-    let page = shape_page(&own, recommendation.candidates().to_vec(), &purpose);
-    streams.write_text(&files.shaper_page.display().to_string(), &page)
+    shape_page(&own, recommendation.candidates().to_vec(), &purpose)
 }
 
 /// The recommendation for people.
@@ -142,7 +140,7 @@ fn print(tuning: &Tuning, next: &NextCommands, streams: &mut Streams<'_>) -> Res
     if let Some((name, command)) = &next.another {
         writeln!(streams.out, "Another one of the list, for example {name}:\n  {command}")?;
     }
-    Ok(())
+    Ok(streams.out.flush()?)
 }
 
 fn print_list(title: &str, lines: &[String], streams: &mut Streams<'_>) -> Result<(), CliError> {

@@ -1,7 +1,5 @@
 //! What to type next.
 
-use std::path::Path;
-
 use super::outcome::Tuning;
 use super::shaper_names::kind;
 
@@ -16,7 +14,7 @@ pub struct NextCommands {
 
 impl NextCommands {
     /// For files that were written here.
-    pub fn of(tuning: &Tuning, modes: &Path, table: &Path) -> Self {
+    pub fn of(tuning: &Tuning, modes: &str, table: &str) -> Self {
         let upload = format!("stillbeam upload {} --port PORT --save", shell_word(table));
         let recommendation = &tuning.recommendation;
         let other = recommendation.shortest_textbook().or(recommendation.next_shorter());
@@ -39,13 +37,12 @@ impl NextCommands {
 }
 
 /// A path as a word of a shell's line.
-fn shell_word(path: &Path) -> String {
-    let text = path.display().to_string();
+fn shell_word(path: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/\\._-+:".contains(c);
-    if !text.is_empty() && text.chars().all(is_plain) {
-        return text;
+    if !path.is_empty() && path.chars().all(is_plain) {
+        return path.to_owned();
     }
-    format!("'{}'", text.replace('\'', "'\\''"))
+    format!("'{}'", path.replace('\'', "'\\''"))
 }
 
 #[cfg(test)]
@@ -54,7 +51,7 @@ mod tests {
 
     #[test]
     fn a_path_with_blanks_stays_one_word() {
-        assert_eq!(shell_word(Path::new("out/tune/table.json")), "out/tune/table.json");
-        assert_eq!(shell_word(Path::new("my machine's/table.json")), "'my machine'\\''s/table.json'");
+        assert_eq!(shell_word("out/tune/table.json"), "out/tune/table.json");
+        assert_eq!(shell_word("my machine's/table.json"), "'my machine'\\''s/table.json'");
     }
 }

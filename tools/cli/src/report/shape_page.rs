@@ -36,7 +36,7 @@ pub fn shape_page(own: &Candidate, mut others: Vec<Candidate>, purpose: &Purpose
         .map(|accident| {
             format!(
                 "Beware of a single {} at {:.3} Hz: it leaves {:.1} % of the nominal modes, because a multiple of its frequency lies near \
-                 {} Hz, but up to {:.0} % of that mode within its box.",
+                 {:.4} Hz, but up to {:.0} % of that mode within its box.",
                 accident.kind,
                 accident.designed_hz,
                 100.0 * accident.nominal,

@@ -38,6 +38,11 @@ impl Candidate {
         self.worst_over_box().iter().copied().fold(0.0, f64::max)
     }
 
+    /// The largest residual of any mode where all are as designed for.
+    pub fn nominal(&self) -> f64 {
+        self.design.residual.nominal.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Whether no mode keeps more than the tolerance, a fraction, anywhere in its box.
     pub fn holds(&self, tolerance: f64) -> bool {
         self.worst() <= tolerance + ROUNDING

@@ -30,7 +30,15 @@ pub fn print_tables(tuning: &Tuning, streams: &mut Streams<'_>) -> Result<(), Cl
         )?;
     }
     let recommendation = &tuning.recommendation;
-    writeln!(out, "\n{:<10}{:>14}{:>12}  leaves at most (%)", "shaper", "duration (s)", "delay (s)")?;
+    writeln!(
+        out,
+        "\nWhat they leave of the vibration, with the modes as measured (nominal) and anywhere in their boxes (worst):"
+    )?;
+    writeln!(
+        out,
+        "{:<10}{:>14}{:>12}{:>14}  worst of each mode (%)",
+        "shaper", "duration (s)", "delay (s)", "nominal (%)"
+    )?;
     for candidate in recommendation.candidates() {
         let worst: Vec<String> =
             candidate.worst_over_box().iter().map(|worst| format!("{:.3}", 100.0 * worst)).collect();
@@ -43,10 +51,11 @@ pub fn print_tables(tuning: &Tuning, streams: &mut Streams<'_>) -> Result<(), Cl
         };
         writeln!(
             out,
-            "{:<10}{:>14.4}{:>12.4}  {}{mark}",
+            "{:<10}{:>14.4}{:>12.4}{:>14.3}  {}{mark}",
             candidate.name,
             candidate.table.duration_s(),
             candidate.table.delay_s(),
+            100.0 * candidate.nominal(),
             worst.join("  ")
         )?;
     }

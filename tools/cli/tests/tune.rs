@@ -53,7 +53,8 @@ fn run_words(words: &[String]) -> String {
     accepted(&words.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// The vibration that a move of the machine leaves of its loudest mode, per cent of what the unshaped move leaves of it.
+/// The vibration that a move of the machine leaves of its loudest mode, per cent of what the unshaped move
+/// leaves of it.
 fn left_percent(model: &str, table: &str) -> f64 {
     let told = accepted(&["simulate", model, "--command", "move 50mm", "--shaper", table, "--json", "-"]);
     let told: Value = serde_json::from_str(&told).unwrap();

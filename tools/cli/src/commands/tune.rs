@@ -17,9 +17,9 @@ use crate::tuning::{NextCommands, Reasons, Tuning, TuningNumbers, TuningRequest,
 
 /// Find the modes in recordings, recommend a shaper for them, and say why.
 ///
-/// It takes the shortest shaper that leaves no more vibration than --tolerance, wherever the modes may be: within
-/// what was measured, what differs between the recordings, and at least --box-floor. It writes the modes, the
-/// shaper's table for `stillbeam upload`, and a report on each.
+/// It takes the shortest shaper that leaves no more vibration than --tolerance, wherever the modes may be:
+/// within what was measured, what differs between the recordings, and at least --box-floor. It writes the
+/// modes, the shaper's table for `stillbeam upload`, and a report on each.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -90,7 +90,8 @@ impl TuneArgs {
         if let Some(file) = &self.json {
             streams.write_json(file, &TuningNumbers::of(&tuning))?;
         }
-        // Its chart of all durations takes far longer than the recommendation, which nobody should have to wait for.
+        // Its chart of all durations takes far longer than the recommendation, which nobody should have to
+        // wait for.
         streams.say("drawing the report on the shaper");
         streams.write_text(shaper_page, &report_on_shaper(&tuning, modes))
     }

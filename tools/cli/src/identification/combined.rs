@@ -17,8 +17,9 @@ const DISAGREEMENT: f64 = 3.0;
 pub struct CombinedModes<'r> {
     /// As in [`IdentifiedModes`].
     pub schema_version: u32,
-    /// The modes of all recordings together: of one fit where they are forced and agree, else means weighted by the
-    /// inverse variances, of decays of those that all show. Their boxes hold those of every recording alone.
+    /// The modes of all recordings together: of one fit where they are forced and agree, else means weighted
+    /// by the inverse variances, of decays of those that all show. Their boxes hold those of every recording
+    /// alone.
     pub modes: Vec<IdentifiedMode>,
     /// Whether the structure answered as a linear one, in each recording and from one to the other.
     pub linearity: Linearity,
@@ -30,7 +31,8 @@ pub struct CombinedModes<'r> {
     pub recordings: &'r [IdentifiedModes],
 }
 
-/// Whether no mode differs between the recordings by more than their errors allow and enough to matter to a shaper.
+/// Whether no mode differs between the recordings by more than their errors allow and enough to matter to a
+/// shaper.
 pub fn recordings_agree(results: &[IdentifiedModes]) -> bool {
     compare_recordings(results).is_empty()
 }
@@ -80,9 +82,9 @@ pub fn combine<'r>(
     }
 }
 
-/// The modes that the recordings show, each once, as means over those that show it; of free decays only what all of
-/// them show. One fit of forced recordings that disagree would put a mode between theirs and take the difference for
-/// damping.
+/// The modes that the recordings show, each once, as means over those that show it; of free decays only what
+/// all of them show. One fit of forced recordings that disagree would put a mode between theirs and take the
+/// difference for damping.
 fn mean_modes(results: &[IdentifiedModes]) -> Vec<IdentifiedMode> {
     let forced = results.iter().all(|result| result.input.is_some());
     let mut modes = Vec::new();
@@ -177,11 +179,11 @@ fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode, shorter_s: f64
         .collect()
 }
 
-/// Weighted by inverse variances: to first order what one fit of all decays gives, whose sum of squares is the sum of
-/// the single ones, each a parabola around its own minimum, every decay with its own amplitudes, offset and noise
-/// (docs/derivations/identification.md; `tests/decays_together.rs` makes that fit). The plain mean when none
-/// has a finite one. Values that disagree scatter by more than their errors: the mean is then known no better than
-/// their scatter says (Birge's ratio).
+/// Weighted by inverse variances: to first order what one fit of all decays gives, whose sum of squares is
+/// the sum of the single ones, each a parabola around its own minimum, every decay with its own amplitudes,
+/// offset and noise (docs/derivations/identification.md; `tests/decays_together.rs` makes that fit). The
+/// plain mean when none has a finite one. Values that disagree scatter by more than their errors: the mean is
+/// then known no better than their scatter says (Birge's ratio).
 fn weighted_mean(estimates: impl Iterator<Item = Estimate> + Clone) -> Estimate {
     let weight = |estimate: &Estimate| estimate.stderr.powi(-2);
     let count = estimates.clone().count().max(1) as f64;

@@ -5,9 +5,9 @@ use stillbeam_plant::Quantity;
 
 use super::modal_file::quantity_of;
 
-/// A mode's weight in the vibration that a change of the machine's acceleration leaves: its participation over
-/// the square of its frequency, which is its share of the displacement. Where participations are not known,
-/// the displacement in the record, whose output is this column.
+/// A mode's weight in the vibration that a change of the machine's acceleration leaves: its participation
+/// over the square of its frequency, which is its share of the displacement. Where participations are not
+/// known, the displacement in the record, whose output is this column.
 pub fn vibration_share(mode: &IdentifiedMode, output: &str) -> f64 {
     let (hz, amplitude) = (mode.frequency_hz.value, mode.amplitude.value.abs());
     let share = match (mode.participation, quantity_of(output)) {

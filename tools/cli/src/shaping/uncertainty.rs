@@ -56,8 +56,8 @@ impl fmt::Display for Spread {
 /// The least that a machine's modes are taken to move by, whatever one recording's standard errors say.
 #[derive(Clone, Debug, Args)]
 pub struct BoxFloor {
-    /// The least uncertainty of modes from a file: ±PCT of frequency and damping ratio, or ±PCT,PCT of each. A recording's
-    /// standard errors say nothing of payload, temperature and position
+    /// The least uncertainty of measured modes: ±PCT of frequency and damping ratio, or ±PCT,PCT of each. A
+    /// recording's standard errors say nothing of payload, temperature and position
     #[arg(long, value_name = "PCT", default_value = "5%", allow_negative_numbers = true)]
     box_floor: String,
 }

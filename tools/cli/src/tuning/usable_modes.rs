@@ -30,9 +30,9 @@ pub struct UsableModes {
 }
 
 impl UsableModes {
-    /// Takes the modes with these numbers, counted from 1, all where there are none; leaves out what the identification
-    /// itself calls no mode and what nothing can be designed for. Of more modes than a shaper takes, those with the
-    /// largest shares in the vibration are kept.
+    /// Takes the modes with these numbers, counted from 1, all where there are none; leaves out what the
+    /// identification itself calls no mode and what nothing can be designed for. Of more modes than a shaper
+    /// takes, those with the largest shares in the vibration are kept.
     ///
     /// # Errors
     /// [`TuningError::NoSuchMode`].

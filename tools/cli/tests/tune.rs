@@ -171,6 +171,25 @@ fn a_line_that_is_no_mode_is_left_out_and_said() {
     run_words(&command);
 }
 
+/// A short, faint recording knows nothing of the damping; that the frequency has moved it does know.
+#[test]
+fn a_recording_too_short_for_the_damping_widens_the_box_of_the_frequency() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| within(folder.path(), name);
+    std::fs::write(path("long.csv"), decay_of(&[[12.0, 0.004, 4e-3]], 6.0)).unwrap();
+    std::fs::write(path("short.csv"), decay_of(&[[12.6, 0.004, 1e-4]], 0.6)).unwrap();
+    let files = [path("long.csv"), path("short.csv")];
+    let told =
+        accepted(&["tune", &files[0], &files[1], "--box-floor", "2%", "--out", &path("out"), "--json", "-"]);
+    let found = json_of(&path("out/modes.json"));
+    let damping_ratio = &found["recordings"][1]["modes"][0]["damping_ratio"];
+    assert!(damping_ratio["stderr"].as_f64() > damping_ratio["value"].as_f64(), "{damping_ratio}");
+    let mode = &serde_json::from_str::<Value>(&told).unwrap()["modes"][0];
+    let ends = &mode["uncertainty_box"]["frequency_hz"];
+    assert!(ends[0].as_f64().unwrap() < 12.0 && ends[1].as_f64().unwrap() > 12.59, "{mode}");
+    assert!(mode["uncertainty_box"]["damping_ratio"][1].as_f64().unwrap() < 0.005, "{mode}");
+}
+
 #[test]
 fn one_recording_is_enough() {
     let folder = tempfile::tempdir().unwrap();

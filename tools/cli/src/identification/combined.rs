@@ -118,14 +118,21 @@ fn mean_mode(mode: &IdentifiedMode, twins: &[IdentifiedMode]) -> IdentifiedMode 
     IdentifiedMode { frequency_hz, damping_ratio, ..mode.clone() }.with_box_over(&mean_alone)
 }
 
-/// The mode, one of `modes`, with a box that holds what every recording says of it.
+/// The mode, one of `modes`, with a box that holds what every recording says of it. One that knows nothing of
+/// the damping may still show that the frequency has moved.
 fn boxed(mode: &IdentifiedMode, modes: &[IdentifiedMode], results: &[IdentifiedModes]) -> IdentifiedMode {
-    results.iter().fold(mode.clone(), |boxed, result| match twin(mode, modes, &result.modes) {
-        Some(alone) if alone.damping_ratio.stderr < alone.damping_ratio.value => {
-            boxed.with_box_over(&alone.uncertainty_box)
+    let mut boxed = mode.clone();
+    for alone in results.iter().filter_map(|result| twin(mode, modes, &result.modes)) {
+        if alone.damping_ratio.stderr < alone.damping_ratio.value {
+            boxed = boxed.with_box_over(&alone.uncertainty_box);
+        } else if alone.frequency_hz.distance(&mode.frequency_hz) > DISAGREEMENT {
+            boxed = boxed.with_box_over(&UncertaintyBox {
+                frequency_hz: alone.uncertainty_box.frequency_hz,
+                damping_ratio: [mode.damping_ratio.value; 2],
+            });
         }
-        _ => boxed,
-    })
+    }
+    boxed
 }
 
 /// The same mode, one of `own`, among `others`: either is the nearest to the other.

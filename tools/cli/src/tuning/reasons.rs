@@ -75,16 +75,19 @@ fn movement(tuning: &Tuning) -> String {
                 temperature. A second recording would."
             .to_owned();
     }
-    let by_size = |a: &&Movement, b: &&Movement| a.fraction().total_cmp(&b.fraction());
-    let Some(most) = tuning.movements.iter().max_by(by_size) else {
-        return "No mode shows in two recordings: how far the frequencies move is not known.".to_owned();
+    let largest = |among: &mut dyn Iterator<Item = &Movement>| {
+        among.max_by(|a, b| a.fraction().total_cmp(&b.fraction())).cloned()
     };
-    if !tuning.movements.iter().any(Movement::is_clear) {
-        return format!(
-            "Your machine's frequencies did not move between the recordings: they differ by {} at most, which is within their errors.",
-            percent(most.fraction())
-        );
-    }
+    let clear = largest(&mut tuning.movements.iter().filter(|movement| movement.is_clear()));
+    let Some(most) = clear else {
+        return match largest(&mut tuning.movements.iter()) {
+            Some(most) => format!(
+                "Your machine's frequencies did not move between the recordings: they differ by {} at most, which is within their errors.",
+                percent(most.fraction())
+            ),
+            None => "No mode shows in two recordings: how far the frequencies move is not known.".to_owned(),
+        };
+    };
     format!(
         "Your machine's frequencies moved by {} between recordings: mode {} is at {:.4} Hz in {} and at {:.4} Hz in {}.",
         percent(most.fraction()),

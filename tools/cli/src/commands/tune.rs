@@ -137,7 +137,11 @@ fn print(tuning: &Tuning, next: &NextCommands, streams: &mut Streams<'_>) -> Res
     let left_out: Vec<String> = tuning.modes.left_out.iter().map(|mode| mode.why.clone()).collect();
     print_list("Left out, and not shaped for:", &left_out, streams)?;
     print_list("Look at this before you trust it:", &tuning.doubts, streams)?;
-    writeln!(streams.out, "\nSend it to the board:\n  {}", next.upload)?;
+    writeln!(
+        streams.out,
+        "\nSend it to the board (PORT is its serial port, such as /dev/ttyACM0; core tries it without a board):\n  {}",
+        next.upload
+    )?;
     if let Some((name, command)) = &next.another {
         writeln!(streams.out, "Another one of the list, for example {name}:\n  {command}")?;
     }

@@ -82,8 +82,8 @@ pub use locate::{CELLS, ForceSurface, ORDERS, OrderMap};
 pub use noise::NoiseSource;
 pub use options::{MachineLimits, Options};
 pub use result::{
-    CandidateRow, Confusability, Diagnosis, Effect, Evidence, Fits, Gate, Mismatch, Overlay, ParameterChange,
-    ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests, SCHEMA_VERSION,
-    SmallestVisible, ThreeFits, Tie, Verdict,
+    CandidateRow, Confusability, Cost, Diagnosis, Effect, Evidence, Fits, Gate, Mismatch, Overlay,
+    ParameterChange, ParameterEstimate, PooledFit, Quality, RecordRole, RecordingFit, ResidualTests,
+    SCHEMA_VERSION, SmallestVisible, StepCost, ThreeFits, Tie, Verdict,
 };
 pub use sweep::Sweep;

@@ -6,7 +6,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, InputError, Resonance, Series, adequacy};
+use crate::adequacy::{Adequacy, InputError, Series, adequacy};
 use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
 use crate::cost::Work;
@@ -18,7 +18,7 @@ use crate::outliers::{lone_outliers, set_aside};
 use crate::patience::Patience;
 use crate::record::Record;
 use crate::remainder::{remainder, shares};
-use crate::simulation::{Hypothesis, frequency_range_hz, resonances, simulate};
+use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
 
@@ -393,7 +393,6 @@ impl Study {
         let mut errors = drawn_beside_a_fit(&self.stack(Role::Train), fitted);
         errors.extend(self.held_out.iter().map(|record| DrawnError::of(record, &machine)));
         self.input_errors = errors;
-        self.resonances = resonances(&machine.model);
     }
 
     /// What errors of the recorded input are in one part.
@@ -472,7 +471,6 @@ impl Study {
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
-                    resonances: &self.resonances,
                     input_error: self.input_error_of(on_all, &part, floor.source),
                 };
                 tests.push((part.record.role, adequacy(&series)));

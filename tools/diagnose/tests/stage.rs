@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
-use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
+use stillbeam_diagnose::{Cost, Diagnosis, Options, Verdict, diagnose};
 use stillbeam_plant::{Model, Physics, simulate};
 use stillbeam_recording::Recording;
 use truth::noisy;
@@ -248,7 +248,7 @@ fn an_answer_does_not_depend_on_the_number_of_threads() {
         let found = pool.install(|| diagnosed(&truth));
         assert_eq!(named(&found), ["cubic_stiffness"], "{}", found.sentence);
         // In words, for what is not a number is not equal to itself.
-        format!("{:#?}", Diagnosis { seconds: 0.0, overlays: Vec::new(), ..found })
+        format!("{:#?}", Diagnosis { seconds: 0.0, cost: Cost::default(), overlays: Vec::new(), ..found })
     };
     let (one, three) = (answer(1), answer(3));
     let different = one.lines().zip(three.lines()).find(|(one, three)| one != three);

@@ -29,30 +29,9 @@ pub(crate) struct Series<'s> {
     pub(crate) noise_samples: f64,
     /// Lowest frequency of the model, hertz.
     pub(crate) slowest_hz: f64,
-    /// Where the model is lightly damped.
-    pub(crate) resonances: &'s [Resonance],
     /// What errors of the recorded input do, where there are any.
     pub(crate) input_error: Option<InputError>,
 }
-
-/// A mode of the model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Resonance {
-    pub(crate) frequency_hz: f64,
-    /// Half-power width of its resonance.
-    pub(crate) width_hz: f64,
-}
-
-impl Resonance {
-    /// Whether a line so narrow as a spectrum of this length shows it may be this resonance, shaken at random.
-    fn may_be(&self, line: &Line, duration_s: f64) -> bool {
-        let line_hz = RESOLVED / duration_s;
-        self.width_hz < line_hz && (line.frequency_hz - self.frequency_hz).abs() < line_hz
-    }
-}
-
-/// A spectrum tells apart what lies so many times its resolution from one another, tapered by nothing.
-const RESOLVED: f64 = 3.0;
 
 /// What the tests for structure find.
 #[derive(Debug, Clone, Copy)]
@@ -65,14 +44,6 @@ pub(super) struct Tests {
 /// Chances above which nobody asks what else a finding may be.
 const LIKELY: f64 = 0.05;
 
-impl Series<'_> {
-    /// Whether a line may be a resonance that a force from outside shakes, as the error of the input does.
-    fn may_ring_of_itself(&self, line: &Line) -> bool {
-        let duration_s = self.residual.len() as f64 / self.rate_hz;
-        self.resonances.iter().any(|resonance| resonance.may_be(line, duration_s))
-    }
-}
-
 impl Tests {
     pub(super) fn of(series: &Series<'_>, noise_power: f64) -> Self {
         let colour = Autoregression::fit(&[series.residual]);
@@ -84,8 +55,7 @@ impl Tests {
         Self {
             structure: structure(series, &white, &whitened, noise_power),
             cross_correlation: input.map_or(Found::NOTHING, with_input),
-            line: strongest_line(series.residual, series.rate_hz)
-                .filter(|line| !series.may_ring_of_itself(line)),
+            line: strongest_line(series.residual, series.rate_hz),
         }
     }
 
@@ -182,7 +152,9 @@ fn structure(
     }
     let in_windows = if freedom == 0.0 { 1.0 } else { chi_squared_tail(statistic, freedom) };
     let is_driven = series.input.is_some();
-    let throughout = (is_driven && in_windows < LIKELY)
+    // What is louder than the noise is no small error of the input, however long a motion stays in step.
+    let is_faint = all.share_of_noise(noise_power) < 1.0;
+    let throughout = (is_driven && is_faint && in_windows < LIKELY)
         .then(|| coherence::chance(white, &plain, length, whiten))
         .flatten();
     Found {

@@ -73,10 +73,13 @@ pub(crate) fn drawn_beside_a_fit(stack: &Stack<'_>, fitted: &Fitted) -> Vec<Opti
 }
 
 impl DrawnError {
-    /// `None` where the input has no error to speak of, or does not drive.
+    /// `None` where the input has no error to speak of, or does not drive. What the model states of its noise
+    /// holds, else what its readings show.
     pub(crate) fn of(record: &Record, machine: &Hypothesis) -> Option<Self> {
         let samples = record.input.as_ref().filter(|_| !record.rerun.is_in_loop())?;
-        let noise = InputNoise::of(samples);
+        let seen = InputNoise::of(samples);
+        let stated = machine.model.input().and_then(|input| input.noise_rms);
+        let noise = InputNoise { white_rms: stated.unwrap_or(seen.white_rms), ..seen };
         if noise == InputNoise::default() {
             return None;
         }
@@ -96,7 +99,7 @@ impl DrawnError {
     }
 
     /// On one output (its place in the record) of the record that has this number in the stack. A floor from
-    /// standstill was seen without it.
+    /// standstill was seen without it, and one that is stated is the sensor's own.
     pub(crate) fn on(
         &self,
         (stack, index): (&Stack<'_>, usize),
@@ -107,7 +110,7 @@ impl DrawnError {
         let draws = self.draws.iter().map(|draw| draw.on((stack, index), fit, place));
         Some(InputError {
             draws: draws.collect::<Option<_>>()?,
-            is_in_floor: floor != NoiseSource::QuietStretches,
+            is_in_floor: !matches!(floor, NoiseSource::QuietStretches | NoiseSource::Stated),
         })
     }
 }
@@ -138,5 +141,39 @@ impl Draw {
             residual: weighting.undone(&left[start..start + signal.at.len()]),
             simulated: self.outputs.get(place)?.clone(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Model;
+    use stillbeam_recording::{Recording, Role};
+
+    use super::*;
+
+    fn drawn(input: &str) -> Option<DrawnError> {
+        let text = format!(
+            "schema = 1\nkind = \"modal\"\nmode = [{{ frequency_hz = 2.0, damping_ratio = 0.01, participation = [1.0] }}]\n\
+             input = {{ column = \"force_N\"{input} }}\noutput = [{{ column = \"tip_m\" }}]"
+        );
+        let model = Model::from_toml("mode.toml", &text).unwrap();
+        let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
+        let wave: Vec<f64> = time_s.iter().map(|t| 3.0 * (9.0 * t).sin()).collect();
+        let recording =
+            Recording::new("run", time_s).with_column("force_N", wave.clone()).with_column("tip_m", wave);
+        let record = Record::new(&recording, Role::Train, &model, Some(2.0), Some(2.0)).unwrap();
+        DrawnError::of(&record, &Hypothesis::given(&model))
+    }
+
+    #[test]
+    fn a_noise_that_the_model_states_is_drawn_where_the_readings_show_none() {
+        let rms = |draw: &Draw| {
+            let square = draw.input.iter().map(|error| error * error).sum::<f64>() / draw.input.len() as f64;
+            square.sqrt()
+        };
+        let shown = drawn("").map_or(0.0, |drawn| rms(&drawn.draws[0]));
+        assert!(shown < 1e-6, "a smooth input shows {shown} N");
+        let drawn = drawn(", noise_rms = 0.02").expect("it is stated");
+        assert!(drawn.draws.iter().all(|draw| (rms(draw) - 0.02).abs() < 1e-3));
     }
 }

@@ -43,8 +43,8 @@ pub(crate) struct Study {
     /// What errors of the recorded inputs do, recording by recording, training recordings first; empty before
     /// it was looked for.
     pub(crate) input_errors: Vec<Option<DrawnError>>,
-    /// Modes of the refitted model, which an unrecorded force shakes; empty before it was refitted.
-    pub(crate) resonances: Vec<Resonance>,
+    /// Per output of the model: the noise of its sensor, in its unit, if the model states it.
+    pub(crate) stated_noise: Vec<Option<f64>>,
     /// When fits begin no more, and when they end where they are.
     pub(crate) patience: Option<Patience>,
 }
@@ -60,6 +60,16 @@ pub(crate) struct OnAll {
 fn is_resolved(part: &OutputResidual<'_>) -> bool {
     let share = if part.record.rerun.is_in_loop() { RESOLVED_IN_LOOP } else { RESOLVED };
     reach(&part.residual) <= share * reach(&part.record.outputs[part.output].samples)
+}
+
+/// What a model says of the noise of its sensors, rounding included.
+fn stated_noise(model: &Model) -> Vec<Option<f64>> {
+    let of = |column: &String| {
+        let sensor = model.setup().sensors.iter().find(|sensor| sensor.column == *column)?;
+        let square = sensor.noise_rms.powi(2) + sensor.quantum.powi(2) / 12.0;
+        (sensor.noise_rms > 0.0).then(|| square.sqrt())
+    };
+    model.output_columns().iter().map(of).collect()
 }
 
 impl Study {
@@ -103,7 +113,7 @@ impl Study {
             slowest_hz,
             fastest_hz,
             input_errors: Vec::new(),
-            resonances: Vec::new(),
+            stated_noise: stated_noise(model),
             patience: None,
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
@@ -369,6 +379,9 @@ impl Study {
             .map(|output| {
                 let floor = noise_floor(&parts[output])?;
                 let floor = NoiseFloor { rms: floor.rms.max(self.rounding(output)), ..floor };
+                if let Some(stated) = self.stated_noise.get(output).copied().flatten() {
+                    return Some(floor.stated(stated, &parts[output]));
+                }
                 // An upper bound where something is there all the time, which shakes a machine at rest and is
                 // another in every repeat; other sensors may give a lower one.
                 let others = (0..parts.len()).filter(|other| *other != output);
@@ -575,6 +588,27 @@ mod tests {
                 assert!((0.9..1.5).contains(&times), "{times} times the noise, shaken by {shaking} N");
             }
             assert_eq!(compared.floors.iter().flatten().count(), 2);
+        }
+    }
+
+    #[test]
+    fn a_noise_that_the_model_states_is_the_floor_unless_the_readings_are_louder() {
+        let force = [swept(8.0), vec![0.0; 2000]].concat();
+        for (stated_m, least, most) in [(1.5 * NOISE_M, 1.45, 1.55), (0.1 * NOISE_M, 0.7, 1.1)] {
+            let mut machine = slide(31000.0, &[]);
+            let recording = driven(&machine, &force, None, 5);
+            for column in machine.output_columns() {
+                let sensor =
+                    stillbeam_plant::Sensor { noise_rms: stated_m, ..stillbeam_plant::Sensor::ideal(column) };
+                machine.setup_mut().sensors.push(sensor);
+            }
+            let mut study = Study::new(&machine, &[recording], &[]).unwrap();
+            let compared = compare(&mut study, &Hypothesis::given(&machine)).unwrap();
+            for floor in compared.floors.iter().flatten() {
+                assert_eq!(floor.source, NoiseSource::Stated);
+                let times = floor.rms / NOISE_M;
+                assert!((least..most).contains(&times), "{times} times the noise");
+            }
         }
     }
 }

@@ -97,6 +97,7 @@ fn a_modal_model_survives_being_written_and_read() {
         column: "motor_current_A".to_owned(),
         gain: 35.15,
         hold: Some(stillbeam_plant::Hold::ZeroOrder),
+        noise_rms: Some(0.02),
     });
     model.drive = Some(ServoDrive { bandwidth_hz: 20.0, damping_ratio: 0.9 });
     model.fixed.insert("mode.1.damping_ratio".to_owned(), false);

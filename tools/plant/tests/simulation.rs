@@ -135,7 +135,7 @@ fn the_servo_has_the_bandwidth_it_is_named_for() {
 #[test]
 fn a_force_on_the_base_agrees_with_runge_kutta_on_the_coupled_modes() {
     let mut beam = paper_beam();
-    beam.input = Some(Input { column: "force_N".to_owned(), gain: 2.0, hold: None });
+    beam.input = Some(Input { column: "force_N".to_owned(), gain: 2.0, hold: None, noise_rms: None });
     beam.base_viscous_n_s_m = 3.0;
     let coupled = coupled_modes(&beam).unwrap();
     let model = Model::BeamOnBase(beam);

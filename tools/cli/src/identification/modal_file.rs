@@ -97,7 +97,7 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
         // Any other position of the base goes by the name that the model format has for it.
         "m" if column != SETPOINT => Input::new(BASE_POSITION),
         // The equation is driven by minus the base's acceleration.
-        "m_s2" => Input { column: column.clone(), gain: -1.0, hold: None },
+        "m_s2" => Input { column: column.clone(), gain: -1.0, hold: None, noise_rms: None },
         _ => Input::new(column.clone()),
     });
     ModalModel {

@@ -276,6 +276,9 @@ pub(crate) fn check_input(input: &Input, allowed: &[&str]) -> Result<(), Invalid
         return Err(InvalidParameter::new(key, problem));
     }
     finite("input.gain", input.gain)?;
+    if let Some(noise_rms) = input.noise_rms {
+        positive("input.noise_rms", noise_rms)?;
+    }
     if input.is_motion() && input.gain != 1.0 {
         let gain = input.gain;
         return Err(InvalidParameter::new("input.gain", Problem::GainOnMotion { gain }));

@@ -29,12 +29,14 @@ pub struct Input {
     pub gain: f64,
     /// What the column does between its samples, where that is known; a motion always goes in straight lines.
     pub hold: Option<Hold>,
+    /// Root mean square of the white noise that its readings are known to have, in the column's unit.
+    pub noise_rms: Option<f64>,
 }
 
 impl Input {
     /// The named column with gain 1.
     pub fn new(column: impl Into<String>) -> Self {
-        Self { column: column.into(), gain: 1.0, hold: None }
+        Self { column: column.into(), gain: 1.0, hold: None, noise_rms: None }
     }
 
     /// Whether the column is a motion of the base, in metres, rather than a force.

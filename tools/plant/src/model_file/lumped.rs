@@ -71,6 +71,8 @@ struct InputTable {
     gain: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     hold: Option<Hold>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    noise_rms: Option<f64>,
     #[serde(default, skip_serializing_if = "InputQuantity::is_force")]
     quantity: InputQuantity,
 }
@@ -127,7 +129,12 @@ impl File {
                 .map(|damper| Connection { between: damper.between, constant: damper.damping })
                 .collect(),
             input: self.input.map(|input| LumpedInput {
-                signal: Input { column: input.column, gain: input.gain, hold: input.hold },
+                signal: Input {
+                    column: input.column,
+                    gain: input.gain,
+                    hold: input.hold,
+                    noise_rms: input.noise_rms,
+                },
                 body: input.body,
                 moves_body: input.quantity == InputQuantity::Position,
             }),
@@ -171,6 +178,7 @@ impl File {
                 body: input.body.clone(),
                 gain: input.signal.gain,
                 hold: input.signal.hold,
+                noise_rms: input.signal.noise_rms,
                 quantity: if input.moves_body { InputQuantity::Position } else { InputQuantity::Force },
             }),
             output: model

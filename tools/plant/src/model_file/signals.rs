@@ -15,6 +15,8 @@ pub(super) struct InputTable {
     gain: f64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     hold: Option<Hold>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    noise_rms: Option<f64>,
 }
 
 pub(super) fn one() -> f64 {
@@ -29,13 +31,13 @@ pub(super) fn is_one(gain: &f64) -> bool {
 
 impl From<InputTable> for Input {
     fn from(table: InputTable) -> Self {
-        Self { column: table.column, gain: table.gain, hold: table.hold }
+        Self { column: table.column, gain: table.gain, hold: table.hold, noise_rms: table.noise_rms }
     }
 }
 
 impl From<&Input> for InputTable {
     fn from(input: &Input) -> Self {
-        Self { column: input.column.clone(), gain: input.gain, hold: input.hold }
+        Self { column: input.column.clone(), gain: input.gain, hold: input.hold, noise_rms: input.noise_rms }
     }
 }
 

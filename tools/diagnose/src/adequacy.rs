@@ -23,7 +23,7 @@ use crate::statistics::distributions::two_sided_normal;
 use crate::statistics::spectral_line::Line;
 
 pub(crate) use input_error::{ErrorDraw, InputError};
-pub(crate) use series::{Series, adequacy};
+pub(crate) use series::{Resonance, Series, adequacy};
 
 /// What a test found in a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,6 +222,7 @@ mod tests {
             noise_rms,
             noise_samples,
             slowest_hz: 1.0,
+            resonances: &[],
             input_error: None,
         })
     }

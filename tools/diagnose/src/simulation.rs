@@ -1,11 +1,13 @@
 //! A model with values for its parameters, run over a recording.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 use std::rc::Rc;
 
 use stillbeam_plant::state_space::Discrete;
 use stillbeam_plant::{Hold, InitialState, Model, Motion, Physics, PlantError, StateSpace, force_along};
 
+use crate::adequacy::Resonance;
 use crate::parameters::FreeParameter;
 use crate::record::Record;
 
@@ -265,12 +267,19 @@ fn step_of(
 
 /// Lowest and highest frequency at which a model vibrates, hertz; `None` when it does not.
 pub(crate) fn frequency_range_hz(model: &Model) -> Result<(Option<f64>, Option<f64>), PlantError> {
-    let space = StateSpace::new(model)?;
-    let eigenvalues = space.a().complex_eigenvalues();
-    let frequencies: Vec<f64> = eigenvalues
-        .iter()
-        .filter(|value| value.im > 1e-6 * value.norm() && value.norm() > 0.0)
-        .map(|value| value.norm() / std::f64::consts::TAU)
-        .collect();
+    let frequencies: Vec<f64> = oscillating(model)?.iter().map(|(frequency_hz, _)| *frequency_hz).collect();
     Ok((frequencies.iter().copied().reduce(f64::min), frequencies.iter().copied().reduce(f64::max)))
+}
+
+/// Modes of the linear part of a model; none where it cannot be simulated.
+pub(crate) fn resonances(model: &Model) -> Vec<Resonance> {
+    let modes = oscillating(model).unwrap_or_default().into_iter();
+    modes.map(|(frequency_hz, width_hz)| Resonance { frequency_hz, width_hz }).collect()
+}
+
+/// Natural frequency and half-power width of every mode that oscillates, in hertz.
+fn oscillating(model: &Model) -> Result<Vec<(f64, f64)>, PlantError> {
+    let eigenvalues = StateSpace::new(model)?.a().complex_eigenvalues();
+    let pairs = eigenvalues.iter().filter(|value| value.im > 1e-6 * value.norm() && value.norm() > 0.0);
+    Ok(pairs.map(|value| (value.norm() / TAU, -2.0 * value.re / TAU)).collect())
 }

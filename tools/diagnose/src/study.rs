@@ -6,7 +6,7 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::{Recording, Role};
 
-use crate::adequacy::{Adequacy, InputError, Series, adequacy};
+use crate::adequacy::{Adequacy, InputError, Resonance, Series, adequacy};
 use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
 use crate::cost::Work;
@@ -18,7 +18,7 @@ use crate::outliers::{lone_outliers, set_aside};
 use crate::patience::Patience;
 use crate::record::Record;
 use crate::remainder::{remainder, shares};
-use crate::simulation::{Hypothesis, frequency_range_hz, simulate};
+use crate::simulation::{Hypothesis, frequency_range_hz, resonances, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::weighting::{Colour, Weighting};
 
@@ -45,6 +45,8 @@ pub(crate) struct Study {
     pub(crate) input_errors: Vec<Option<DrawnError>>,
     /// Per output of the model: the noise of its sensor, in its unit, if the model states it.
     pub(crate) stated_noise: Vec<Option<f64>>,
+    /// Modes of the refitted model, which an unrecorded force shakes; empty before it was refitted.
+    pub(crate) resonances: Vec<Resonance>,
     /// When fits begin no more, and when they end where they are.
     pub(crate) patience: Option<Patience>,
 }
@@ -114,6 +116,7 @@ impl Study {
             fastest_hz,
             input_errors: Vec::new(),
             stated_noise: stated_noise(model),
+            resonances: Vec::new(),
             patience: None,
         };
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
@@ -406,6 +409,7 @@ impl Study {
         let mut errors = drawn_beside_a_fit(&self.stack(Role::Train), fitted);
         errors.extend(self.held_out.iter().map(|record| DrawnError::of(record, &machine)));
         self.input_errors = errors;
+        self.resonances = resonances(&machine.model);
     }
 
     /// What errors of the recorded input are in one part.
@@ -484,6 +488,7 @@ impl Study {
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
+                    resonances: &self.resonances,
                     input_error: self.input_error_of(on_all, &part, floor.source),
                 };
                 tests.push((part.record.role, adequacy(&series)));

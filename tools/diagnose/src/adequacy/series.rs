@@ -29,9 +29,32 @@ pub(crate) struct Series<'s> {
     pub(crate) noise_samples: f64,
     /// Lowest frequency of the model, hertz.
     pub(crate) slowest_hz: f64,
+    /// Where the model is lightly damped.
+    pub(crate) resonances: &'s [Resonance],
     /// What errors of the recorded input do, where there are any.
     pub(crate) input_error: Option<InputError>,
 }
+
+/// A mode of the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Resonance {
+    pub(crate) frequency_hz: f64,
+    /// Half-power width of its resonance.
+    pub(crate) width_hz: f64,
+}
+
+impl Resonance {
+    /// Whether a line as narrow as a spectrum of this length shows it may be this resonance, shaken at random.
+    fn may_be(&self, line: &Line, duration_s: f64) -> bool {
+        let line_hz = RESOLVED / duration_s;
+        self.width_hz < line_hz && (line.frequency_hz - self.frequency_hz).abs() < line_hz
+    }
+}
+
+/// A spectrum tells apart what lies so many times its resolution from one another, tapered by nothing.
+const RESOLVED: f64 = 3.0;
+/// What has more power than the noise is no small error of the input, however long a motion stays in step.
+const FAINT: f64 = 1.0;
 
 /// What the tests for structure find.
 #[derive(Debug, Clone, Copy)]
@@ -44,6 +67,18 @@ pub(super) struct Tests {
 /// Chances above which nobody asks what else a finding may be.
 const LIKELY: f64 = 0.05;
 
+impl Series<'_> {
+    /// Whether a line may be a resonance that a small force from outside shakes, as the error of the input
+    /// does.
+    fn may_ring_of_itself(&self, line: &Line, noise_power: f64) -> bool {
+        let count = self.residual.len();
+        let power = line.share * dot(self.residual, self.residual) / count.max(1) as f64;
+        let duration_s = count as f64 / self.rate_hz;
+        power < FAINT * noise_power
+            && self.resonances.iter().any(|resonance| resonance.may_be(line, duration_s))
+    }
+}
+
 impl Tests {
     pub(super) fn of(series: &Series<'_>, noise_power: f64) -> Self {
         let colour = Autoregression::fit(&[series.residual]);
@@ -55,7 +90,8 @@ impl Tests {
         Self {
             structure: structure(series, &white, &whitened, noise_power),
             cross_correlation: input.map_or(Found::NOTHING, with_input),
-            line: strongest_line(series.residual, series.rate_hz),
+            line: strongest_line(series.residual, series.rate_hz)
+                .filter(|line| !series.may_ring_of_itself(line, noise_power)),
         }
     }
 
@@ -152,8 +188,7 @@ fn structure(
     }
     let in_windows = if freedom == 0.0 { 1.0 } else { chi_squared_tail(statistic, freedom) };
     let is_driven = series.input.is_some();
-    // What is louder than the noise is no small error of the input, however long a motion stays in step.
-    let is_faint = all.share_of_noise(noise_power) < 1.0;
+    let is_faint = all.share_of_noise(noise_power) < FAINT;
     let throughout = (is_driven && is_faint && in_windows < LIKELY)
         .then(|| coherence::chance(white, &plain, length, whiten))
         .flatten();
@@ -221,4 +256,32 @@ fn whiteness(residual: &[f64]) -> f64 {
         })
         .sum();
     chi_squared_tail(n * (n + 2.0) * statistic, LAGS as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_faint_line_at_a_narrow_resonance_may_be_that_resonance() {
+        let residual: Vec<f64> = (0..3000).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let rings = |width_hz: f64, frequency_hz: f64, noise_power: f64| {
+            let series = Series {
+                residual: &residual,
+                simulated: &residual,
+                input: None,
+                rate_hz: 100.0,
+                noise_rms: 1.0,
+                noise_samples: 3000.0,
+                slowest_hz: 5.0,
+                resonances: &[Resonance { frequency_hz: 5.0, width_hz }],
+                input_error: None,
+            };
+            series.may_ring_of_itself(&Line { frequency_hz, p: 1e-9, share: 0.1 }, noise_power)
+        };
+        assert!(rings(0.02, 5.05, 1.0));
+        assert!(!rings(0.02, 5.05, 0.05), "twice as loud as the noise");
+        assert!(!rings(0.02, 5.2, 1.0), "beside the resonance");
+        assert!(!rings(0.5, 5.05, 1.0), "a line is narrower than this resonance");
+    }
 }

@@ -90,8 +90,7 @@ impl Tests {
         Self {
             structure: structure(series, &white, &whitened, noise_power),
             cross_correlation: input.map_or(Found::NOTHING, with_input),
-            line: strongest_line(series.residual, series.rate_hz)
-                .filter(|line| !series.may_ring_of_itself(line, noise_power)),
+            line: strongest_line(series.residual, series.rate_hz),
         }
     }
 
@@ -133,7 +132,7 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
         power_stderr: scatter,
         structure: tests.structure,
         cross_correlation: tests.cross_correlation,
-        line: tests.line,
+        line: tests.line.filter(|line| !series.may_ring_of_itself(line, noise_power)),
         whiteness_p: whiteness(series.residual),
     }
 }

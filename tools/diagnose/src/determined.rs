@@ -21,8 +21,8 @@ const SURER: f64 = 2.8;
 /// Free decays, in which nothing but the machine sets how fast a motion dies away, ask for a parameter that
 /// leaves more by this share of the squares where it stays as given, ...
 const ASKED_FOR: f64 = 0.01;
-/// ... and by so many times the square of one residual at least. Where a machine is driven, a law that is missing
-/// looks like damping at its resonances, and would be given to a parameter that hardly shows.
+/// ... and by so many times the square of one residual at least. Where a machine is driven, a law that is
+/// missing looks like damping at its resonances, and would be given to a parameter that hardly shows.
 const SEEN: f64 = 16.0;
 
 /// Which parameters are free, by their indices.

@@ -63,6 +63,7 @@ mod simulation;
 #[cfg(test)]
 mod spoilt_sensor;
 mod stacking;
+mod stated_noise;
 mod statistics;
 mod study;
 mod sub_steps;

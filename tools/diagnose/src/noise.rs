@@ -13,7 +13,6 @@ use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 use serde::Serialize;
 
-use crate::input_noise::flat_power;
 use crate::record::Record;
 
 /// Where a noise floor comes from.
@@ -38,15 +37,6 @@ pub(crate) struct NoiseFloor {
     pub(crate) source: NoiseSource,
     /// The number of samples that it was seen in.
     pub(crate) samples: f64,
-}
-
-impl NoiseFloor {
-    /// As the model states it; where the readings show white noise that is louder than that, as they do.
-    pub(crate) fn stated(self, rms: f64, parts: &[OutputResidual<'_>]) -> Self {
-        let white = parts.iter().map(|part| flat_power(&part.record.outputs[part.output].samples));
-        let shown = white.fold(f64::INFINITY, f64::min).sqrt().min(self.rms);
-        Self { rms: rms.max(shown), source: NoiseSource::Stated, samples: f64::INFINITY }
-    }
 }
 
 /// Residuals of one output, recording by recording, with what is needed to see where they are quiet.

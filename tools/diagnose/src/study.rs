@@ -20,6 +20,7 @@ use crate::record::Record;
 use crate::remainder::{remainder, shares};
 use crate::simulation::{Hypothesis, frequency_range_hz, resonances, simulate};
 use crate::stacking::{RecordFit, Stack};
+use crate::stated_noise::stated_noise;
 use crate::weighting::{Colour, Weighting};
 
 /// The recordings, sorted by what they are for.
@@ -62,16 +63,6 @@ pub(crate) struct OnAll {
 fn is_resolved(part: &OutputResidual<'_>) -> bool {
     let share = if part.record.rerun.is_in_loop() { RESOLVED_IN_LOOP } else { RESOLVED };
     reach(&part.residual) <= share * reach(&part.record.outputs[part.output].samples)
-}
-
-/// What a model says of the noise of its sensors, rounding included.
-fn stated_noise(model: &Model) -> Vec<Option<f64>> {
-    let of = |column: &String| {
-        let sensor = model.setup().sensors.iter().find(|sensor| sensor.column == *column)?;
-        let square = sensor.noise_rms.powi(2) + sensor.quantum.powi(2) / 12.0;
-        (sensor.noise_rms > 0.0).then(|| square.sqrt())
-    };
-    model.output_columns().iter().map(of).collect()
 }
 
 impl Study {
@@ -593,27 +584,6 @@ mod tests {
                 assert!((0.9..1.5).contains(&times), "{times} times the noise, shaken by {shaking} N");
             }
             assert_eq!(compared.floors.iter().flatten().count(), 2);
-        }
-    }
-
-    #[test]
-    fn a_noise_that_the_model_states_is_the_floor_unless_the_readings_are_louder() {
-        let force = [swept(8.0), vec![0.0; 2000]].concat();
-        for (stated_m, least, most) in [(1.5 * NOISE_M, 1.45, 1.55), (0.1 * NOISE_M, 0.7, 1.1)] {
-            let mut machine = slide(31000.0, &[]);
-            let recording = driven(&machine, &force, None, 5);
-            for column in machine.output_columns() {
-                let sensor =
-                    stillbeam_plant::Sensor { noise_rms: stated_m, ..stillbeam_plant::Sensor::ideal(column) };
-                machine.setup_mut().sensors.push(sensor);
-            }
-            let mut study = Study::new(&machine, &[recording], &[]).unwrap();
-            let compared = compare(&mut study, &Hypothesis::given(&machine)).unwrap();
-            for floor in compared.floors.iter().flatten() {
-                assert_eq!(floor.source, NoiseSource::Stated);
-                let times = floor.rms / NOISE_M;
-                assert!((least..most).contains(&times), "{times} times the noise");
-            }
         }
     }
 }

@@ -77,9 +77,7 @@ const GOLDEN_SECTION: f64 = 0.618_033_988_749_895;
 
 /// The columns, and the motion and its speed in the same size whatever the motion's and growing with time.
 fn with_sizes_and_time(columns: &[Vec<f64>], window: usize) -> Vec<Vec<f64>> {
-    let Some([motion, speed]) = columns.get(..2).and_then(|two| <&[Vec<f64>; 2]>::try_from(two).ok()) else {
-        return columns.to_vec();
-    };
+    let [motion, speed, ..] = columns else { return columns.to_vec() };
     let sizes = sizes(motion, window);
     let of_one_size = |column: &[f64]| column.iter().zip(&sizes).map(|(value, size)| value / size).collect();
     let with_time =

@@ -87,7 +87,7 @@ impl DrawnError {
             let input = noise.drawn(samples, number);
             let rerun = record.driven_by(&input);
             let answers =
-                rerun.outputs(&machine.model, Some(record.sub_steps.longest_s(&machine.model))).ok()?;
+                rerun.outputs(&machine.model, Some(record.sub_steps.lengths(&machine.model))).ok()?;
             let sampled = |output: &OutputSignal| {
                 let answer = answers.get(output.index)?;
                 Some(output.at.iter().map(|&stamp| answer[stamp]).collect())

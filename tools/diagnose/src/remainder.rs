@@ -87,7 +87,7 @@ fn base_motion(record: &Record, model: &Model) -> Option<Option<Vec<f64>>> {
     base.outputs = vec![BeamSignal::BasePosition];
     base.setup.physics.clear();
     let beam = Model::BeamOnBase(base);
-    let outputs = record.rerun.outputs(&beam, Some(record.sub_steps.longest_s(&beam))).ok()?;
+    let outputs = record.rerun.outputs(&beam, Some(record.sub_steps.lengths(&beam))).ok()?;
     Some(Some(outputs.into_iter().next()?))
 }
 

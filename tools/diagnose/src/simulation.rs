@@ -106,7 +106,7 @@ pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
     record.work.simulated(record.time_s.len());
-    let outputs = record.rerun.outputs(model, Some(record.sub_steps.longest_s(model))).ok()?;
+    let outputs = record.rerun.outputs(model, Some(record.sub_steps.lengths(model))).ok()?;
     at_samples(record, &outputs)
 }
 
@@ -114,7 +114,7 @@ pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]
 pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Motion> {
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
-    record.rerun.motion(model, Some(record.sub_steps.longest_s(model))).ok()?
+    record.rerun.motion(model, Some(record.sub_steps.lengths(model))).ok()?
 }
 
 /// What a law's force along a motion would change in the recorded outputs; in a closed loop beside what its controller does about that.

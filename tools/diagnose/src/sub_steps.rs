@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use stillbeam_plant::Model;
+use stillbeam_plant::{Model, StepLengths};
 
 /// Radians that the fastest motion turns in a sub-step, and its shortest and longest length in seconds, where
 /// the machine is driven: a slow one too may cross a short wave or a stop quickly ...
@@ -10,6 +10,9 @@ const DRIVEN: (f64, [f64; 2]) = (0.1, [1e-4, 2e-3]);
 /// ... and where nothing keeps it in step: what a sub-step gets wrong of the frequency adds up from period to
 /// period.
 const FREE: (f64, [f64; 2]) = (0.03, [1e-4, 5e-3]);
+
+/// Radians that the fastest motion turns in a step along which forces are smooth, driven and free.
+const SMOOTH: [f64; 2] = [1.0, 0.3];
 
 /// The sub-steps of one recording.
 #[derive(Debug, Clone, Copy)]
@@ -24,14 +27,20 @@ impl SubSteps {
         Self { band_hz, is_driven }
     }
 
-    /// The longest sub-step of a model, in seconds: as long as what moves in the recorded band allows. Modes
-    /// are independent and their linear part is exact whatever the step, so that of a free decay only those
+    /// The longest sub-steps of a model: as long as what moves in the recorded band allows. Modes are
+    /// independent and their linear part is exact whatever the step, so that of a free decay only those
     /// count in which a force acts.
-    pub(crate) fn longest_s(self, model: &Model) -> f64 {
+    pub(crate) fn lengths(self, model: &Model) -> StepLengths {
         let (radians, [shortest_s, longest_s]) = if self.is_driven { DRIVEN } else { FREE };
         let pushed_hz = if self.is_driven { None } else { fastest_pushed_hz(model) };
         let fastest_hz = pushed_hz.map_or(self.band_hz, |hz| hz.min(self.band_hz));
-        (radians / (TAU * fastest_hz.max(1e-9))).clamp(shortest_s, longest_s)
+        let per_radian_s = 1.0 / (TAU * fastest_hz.max(1e-9));
+        let [driven, free] = SMOOTH;
+        let smooth_s = if self.is_driven { driven } else { free } * per_radian_s;
+        StepLengths {
+            short_s: (radians * per_radian_s).clamp(shortest_s, longest_s),
+            smooth_s: smooth_s.max(shortest_s),
+        }
     }
 }
 
@@ -77,11 +86,12 @@ mod tests {
         let slow = Physics::new("cubic_stiffness", "mode 1").with("stiffness", 1e4);
         let fast = Physics::new("cubic_stiffness", "mode 2").with("stiffness", 1e4);
         let shaken = Physics::new("periodic_disturbance", "environment").with("force", 1.0);
-        let [slow, fast, shaken] = [slow, fast, shaken].map(|law| steps().longest_s(&two_modes(Some(law))));
+        let [slow, fast, shaken] =
+            [slow, fast, shaken].map(|law| steps().lengths(&two_modes(Some(law))).short_s);
         assert!((slow * TAU * 1.1 - 0.03).abs() < 1e-9, "{slow} s");
         assert!((fast * TAU * 6.9 - 0.03).abs() < 1e-9, "{fast} s");
         assert!((shaken - fast).abs() < 1e-12, "a disturbance shakes all modes: {shaken} s");
-        let driven = SubSteps::new(6.9, true).longest_s(&two_modes(None));
+        let driven = SubSteps::new(6.9, true).lengths(&two_modes(None)).short_s;
         assert!((driven - 2e-3).abs() < 1e-12, "{driven} s");
     }
 
@@ -102,7 +112,7 @@ mod tests {
                     SimulateOptions { longest_step_s: Some(longest_s), ..SimulateOptions::default() };
                 simulate_with(&model, &recording, &options).unwrap()
             };
-            let (long, short) = (run(steps().longest_s(&model)), run(2e-4));
+            let (long, short) = (run(steps().lengths(&model).short_s), run(2e-4));
             // Where dry friction turns round, its force is either of two.
             for column in ["tip_m", "tip_m_s2"].into_iter().take(columns) {
                 let [long, short] = [&long, &short].map(|run| run.column(column).unwrap());

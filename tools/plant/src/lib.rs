@@ -81,7 +81,7 @@ pub use modes::Mode;
 pub use parameters::Parameter;
 pub use prescribed_base::{ModalState, PrescribedBase};
 pub use profile::Profile;
-pub use rerun::{Motion, Rerun, force_along};
+pub use rerun::{Motion, Rerun, StepLengths, force_along};
 pub use residual::{PercentageVibration, ResidualVibration};
 pub use simulate::{Feedback, Hold, SimulateOptions, free_decay, simulate, simulate_with};
 pub use state_space::StateSpace;

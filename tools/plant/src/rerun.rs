@@ -28,6 +28,16 @@ pub struct Rerun {
     unseen: Option<Vec<f64>>,
 }
 
+/// How long the steps are between which the forces of laws are taken anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepLengths {
+    /// The longest where forces are not smooth, seconds: a contact is met, dry friction turns round. As
+    /// [`SimulateOptions::longest_step_s`](crate::SimulateOptions::longest_step_s).
+    pub short_s: f64,
+    /// The longest where they are, seconds.
+    pub smooth_s: f64,
+}
+
 impl Rerun {
     /// Prepares a recording for models with this input and controller; outputs are wanted at every `every`-th
     /// time stamp (1 or more), from the first on. A model without input is simulated without force.
@@ -102,12 +112,12 @@ impl Rerun {
 
     /// The outputs of a model at the wanted stamps, in the model's order, sensors without their noise.
     ///
-    /// `longest_step_s` as in [`SimulateOptions`](crate::SimulateOptions).
+    /// `steps`: how long the steps are between which the forces of laws are taken anew.
     ///
     /// # Errors
     /// As [`simulate_with`](crate::simulate_with()), and [`PlantError::RanAway`] where that would return
     /// numbers that are not finite.
-    pub fn outputs(&self, model: &Model, longest_step_s: Option<f64>) -> Result<Vec<Vec<f64>>, PlantError> {
+    pub fn outputs(&self, model: &Model, steps: Option<StepLengths>) -> Result<Vec<Vec<f64>>, PlantError> {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
@@ -119,8 +129,12 @@ impl Rerun {
             return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
-        let machine = Machine::new(model, start, self.closed(), longest_step_s)?;
-        let look = Look { every: self.every, between: sensing.looks_between() };
+        let machine = Machine::new(model, start, self.closed(), steps.map(|steps| steps.short_s))?;
+        let look = Look {
+            every: self.every,
+            between: sensing.looks_between(),
+            smooth_s: steps.map(|steps| steps.smooth_s),
+        };
         let shares = machine.shares_of_input();
         let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
         let wanted_s: Vec<f64> = run.stamps.iter().map(|&index| run.time_s[index]).collect();
@@ -249,16 +263,16 @@ impl Rerun {
     ///
     /// # Errors
     /// As [`Rerun::outputs`].
-    pub fn motion(&self, model: &Model, longest_step_s: Option<f64>) -> Result<Option<Motion>, PlantError> {
+    pub fn motion(&self, model: &Model, steps: Option<StepLengths>) -> Result<Option<Motion>, PlantError> {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
-        let mut machine = Machine::new(model, start, self.closed(), longest_step_s)?;
+        let mut machine = Machine::new(model, start, self.closed(), steps.map(|steps| steps.short_s))?;
         if !machine.shows_points() {
             return Ok(None);
         }
         machine.watch_points();
-        let look = Look { every: self.every, between: false };
+        let look = Look { every: self.every, between: false, smooth_s: steps.map(|steps| steps.smooth_s) };
         let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
         let wanted = |samples: &[f64]| run.stamps.iter().map(|&stamp| samples[stamp]).collect::<Vec<f64>>();
         let points = run.outputs.chunks_exact(2).map(|rows| [wanted(&rows[0]), wanted(&rows[1])]).collect();

@@ -4,7 +4,7 @@ use rand_distr::{Bernoulli, Distribution, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_identify::tall::dot;
-use stillbeam_plant::{Model, Physics, simulate};
+use stillbeam_plant::{Model, Physics, SimulateOptions, simulate_with};
 use stillbeam_recording::{Recording, Role};
 
 use super::scales::Scales;
@@ -69,7 +69,9 @@ fn swept(amplitude: f64) -> Vec<f64> {
 fn driven(machine: &Model, number: usize, force: &[f64]) -> Recording {
     let time_s = (0..force.len()).map(|k| 0.01 * k as f64).collect();
     let commanded = Recording::new(format!("run {number}"), time_s).with_column("force_N", force.to_vec());
-    simulate(machine, &commanded).unwrap()
+    // As a real machine moves: in steps much shorter than those of a fit.
+    let options = SimulateOptions { longest_step_s: Some(1e-4), ..SimulateOptions::default() };
+    simulate_with(machine, &commanded, &options).unwrap()
 }
 
 /// Runs in which a further force, which nobody recorded, pushes the machine one way or the other, turning at random twice a second;

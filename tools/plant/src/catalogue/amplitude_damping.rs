@@ -1,6 +1,6 @@
 //! Damping that grows with amplitude.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `amplitude_damping`.
 pub struct AmplitudeDamping;
@@ -38,6 +38,10 @@ struct AmplitudeDamped {
 }
 
 impl ForceLaw for AmplitudeDamped {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.damping * instant.z * instant.z * instant.v)
+    }
+
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let (from, to) = (step.z, step.z_end(force));

@@ -1,7 +1,7 @@
 //! Friction that differs with the direction.
 
-use super::dry::dry_force;
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::dry::{dry_force, sliding_force};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `asymmetric_friction`.
 pub struct AsymmetricFriction;
@@ -59,13 +59,24 @@ struct Asymmetric {
     viscous: [f64; 2],
 }
 
+impl Asymmetric {
+    /// Friction of sliding in a direction (±1) at a speed.
+    fn kinetic(&self, direction: f64, speed: f64) -> f64 {
+        let side = usize::from(direction > 0.0);
+        self.dry[side] + self.viscous[side] * speed
+    }
+}
+
 impl ForceLaw for Asymmetric {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        sliding_force(instant, |direction, speed| self.kinetic(direction, speed))
+    }
+
     fn force(&self, step: &Step) -> f64 {
-        let side = |direction: f64| usize::from(direction > 0.0);
         dry_force(
             step,
-            |direction, speed| self.dry[side(direction)] + self.viscous[side(direction)] * speed,
-            |direction| self.dry[side(direction)],
+            |direction, speed| self.kinetic(direction, speed),
+            |direction| self.dry[usize::from(direction > 0.0)],
         )
     }
 }

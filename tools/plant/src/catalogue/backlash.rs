@@ -1,6 +1,6 @@
 //! Lost motion.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, SignalLaw, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, SignalLaw, Step};
 use super::piecewise::Beyond;
 use crate::model::Model;
 
@@ -71,6 +71,11 @@ struct Gap {
 }
 
 impl ForceLaw for Gap {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        let force = || self.beyond.stiffness * instant.z + self.beyond.force_at(instant.z);
+        self.beyond.stays(instant).then(force)
+    }
+
     fn shorter_steps(&self) -> f64 {
         SHORTER_STEPS
     }

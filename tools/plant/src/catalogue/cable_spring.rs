@@ -1,6 +1,6 @@
 //! A cable that pulls.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `cable_spring`.
 pub struct CableSpring;
@@ -37,6 +37,10 @@ struct Cable {
 }
 
 impl ForceLaw for Cable {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.stiffness * (instant.z - self.rest))
+    }
+
     fn force(&self, step: &Step) -> f64 {
         // The mean of both ends is linear in the force.
         let mean = 0.5 * (step.z + step.z_free) - self.rest;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::{sine_and_cosine, sine_over_angle};
 
 /// `cogging`.
@@ -50,6 +50,10 @@ struct Cog {
 }
 
 impl ForceLaw for Cog {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.force * (self.per_displacement * instant.z + self.phase).sin())
+    }
+
     fn force(&self, step: &Step) -> f64 {
         let half_turn = 0.5 * self.per_displacement;
         let (sine, cosine) = (half_turn * (step.z + step.z_free) + self.phase).sin_cos();

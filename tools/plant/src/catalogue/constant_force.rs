@@ -1,6 +1,6 @@
 //! A constant force.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `constant_force`.
 pub struct ConstantForce;
@@ -33,6 +33,11 @@ struct Constant {
 }
 
 impl ForceLaw for Constant {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        let _ = instant;
+        Some(self.force)
+    }
+
     fn force(&self, _: &Step) -> f64 {
         self.force
     }

@@ -1,7 +1,7 @@
 //! Dry friction of constant size.
 
-use super::dry::dry_force;
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::dry::{dry_force, sliding_force};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `coulomb_friction`.
 pub struct CoulombFriction;
@@ -38,6 +38,10 @@ struct Coulomb {
 }
 
 impl ForceLaw for Coulomb {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        sliding_force(instant, |_, _| self.force)
+    }
+
     fn force(&self, step: &Step) -> f64 {
         dry_force(step, |_, _| self.force, |_| self.force)
     }

@@ -1,6 +1,6 @@
 //! Hardening or softening.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `cubic_stiffness`.
 pub struct CubicStiffness;
@@ -37,6 +37,10 @@ struct Cubic {
 }
 
 impl ForceLaw for Cubic {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.stiffness * instant.z.powi(3))
+    }
+
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let (from, to) = (step.z, step.z_end(force));

@@ -1,6 +1,6 @@
 //! Stick and slip: what all dry friction laws share.
 
-use super::law::Step;
+use super::law::{Instant, Step};
 
 /// Mean force over a step of friction that opposes sliding with `kinetic(direction, speed)` and holds at rest up to
 /// `holding(direction)`, the direction being that of the motion it prevents, ±1.
@@ -37,6 +37,12 @@ pub(super) fn dry_force(step: &Step, kinetic: impl Fn(f64, f64) -> f64, holding:
     }
     let back = -onwards * kinetic(onwards, 0.0);
     moving * slid + (1.0 - moving) * back
+}
+
+/// Friction at an instant of a step in which the body slides on in the direction it began with.
+pub(super) fn sliding_force(instant: &Instant, kinetic: impl Fn(f64, f64) -> f64) -> Option<f64> {
+    let direction = instant.v.signum();
+    instant.moves_on().then(|| -direction * kinetic(direction, instant.v.abs()))
 }
 
 /// Sliding all through the step, the speed that the force depends on being the mean of both ends.

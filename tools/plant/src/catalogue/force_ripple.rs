@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::sine_and_cosine;
 
 /// `force_ripple`.
@@ -50,6 +50,10 @@ struct Ripple {
 }
 
 impl ForceLaw for Ripple {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(self.ripple * instant.effort * (self.per_displacement * instant.z + self.phase).sin())
+    }
+
     fn force(&self, step: &Step) -> f64 {
         let half_turn = 0.5 * self.per_displacement;
         let (sine, cosine) = (half_turn * (step.z + step.z_free) + self.phase).sin_cos();

@@ -1,6 +1,6 @@
 //! Hysteresis after Dahl and Bouc-Wen.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `hysteresis`.
 pub struct Hysteresis;
@@ -108,6 +108,14 @@ fn way_to_zero(k: f64, rate: f64, force: f64) -> f64 {
 }
 
 impl ForceLaw for Hysteretic {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        let dz = instant.z - instant.z_start;
+        if dz == 0.0 {
+            return Some(-self.force);
+        }
+        instant.moves_on().then(|| -self.along(dz).0)
+    }
+
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let dz = step.z_end(force) - step.z;

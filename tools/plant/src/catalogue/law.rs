@@ -290,8 +290,39 @@ fn bisect(excess: impl Fn(f64) -> f64, mut reach: f64) -> f64 {
     0.5 * (low + high)
 }
 
+/// An instant of a step as a law at one place sees it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Instant {
+    /// Seconds.
+    pub time_s: f64,
+    /// Displacement.
+    pub z: f64,
+    /// Velocity.
+    pub v: f64,
+    /// Force that the drive exerts.
+    pub effort: f64,
+    /// Displacement where the step began.
+    pub z_start: f64,
+    /// Velocity where the step began.
+    pub v_start: f64,
+}
+
+impl Instant {
+    /// Whether the motion has not come to rest since the step began.
+    pub fn moves_on(&self) -> bool {
+        self.v * self.v_start > 0.0
+    }
+}
+
 /// A force as a function of what moves, possibly with memory.
 pub trait ForceLaw {
+    /// The force at an instant of a step that begins as the law remembers; `None` where that is not all that it
+    /// depends on (dry friction at rest) or it is not smooth on the way there.
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        let _ = instant;
+        None
+    }
+
     /// Mean force over the step, consistent with the motion that it makes. May be asked several times for the same step.
     fn force(&self, step: &Step) -> f64;
 

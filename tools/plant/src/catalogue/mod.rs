@@ -66,7 +66,9 @@ mod tip_mass;
 mod viscous_friction;
 
 pub(crate) use dead_time::Late;
-pub use law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, SensorAction, SignalLaw, Step, Structure};
+pub use law::{
+    Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, SensorAction, SignalLaw, Step, Structure,
+};
 pub use registry::{Candidate, candidates, find, parameters_of, place_of};
 pub(crate) use registry::{action, bounds, check, structure};
 

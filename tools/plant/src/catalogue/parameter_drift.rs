@@ -1,6 +1,6 @@
 //! A stiffness that moves with time.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `parameter_drift`.
 pub struct ParameterDrift;
@@ -38,6 +38,11 @@ struct Drift {
 }
 
 impl ForceLaw for Drift {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        let factor = 1.0 + self.rate_per_s * instant.time_s;
+        Some(-self.stiffness * (factor * factor - 1.0) * instant.z)
+    }
+
     fn force(&self, step: &Step) -> f64 {
         let factor = 1.0 + self.rate_per_s * (step.time_s + 0.5 * step.step_s);
         let added = self.stiffness * (factor * factor - 1.0);

@@ -1,6 +1,6 @@
 //! Gravity on an arm that swings wide.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::sine_over_angle;
 use crate::model::Model;
 
@@ -44,6 +44,10 @@ struct Swing {
 }
 
 impl ForceLaw for Swing {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(self.stiffness * (instant.z - instant.z.sin()))
+    }
+
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let (middle, half) = (0.5 * (step.z + step.z_end(force)), 0.5 * (step.z_end(force) - step.z));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::sine_over_angle;
 
 /// `periodic_disturbance`.
@@ -50,6 +50,10 @@ struct Shaker {
 }
 
 impl ForceLaw for Shaker {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(self.force * (self.omega_rad_s * instant.time_s + self.phase).sin())
+    }
+
     fn force(&self, step: &Step) -> f64 {
         let half = 0.5 * self.omega_rad_s * step.step_s;
         let middle = self.omega_rad_s * (step.time_s + 0.5 * step.step_s) + self.phase;

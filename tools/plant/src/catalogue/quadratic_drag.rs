@@ -1,6 +1,6 @@
 //! Drag that grows with the square of the velocity.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `quadratic_drag`.
 pub struct QuadraticDrag;
@@ -38,6 +38,10 @@ struct Drag {
 }
 
 impl ForceLaw for Drag {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.drag * instant.v * instant.v.abs())
+    }
+
     fn force(&self, step: &Step) -> f64 {
         step.settle(|force| {
             let v = step.v_mean(force);

@@ -1,7 +1,7 @@
 //! Dry friction with the Stribeck effect.
 
-use super::dry::dry_force;
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::dry::{dry_force, sliding_force};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `stribeck_friction`.
 pub struct StribeckFriction;
@@ -52,10 +52,19 @@ struct Stribeck {
     velocity: f64,
 }
 
+impl Stribeck {
+    /// Friction of sliding at a speed.
+    fn kinetic(&self, speed: f64) -> f64 {
+        self.force + (self.holding - self.force) * (-(speed / self.velocity).powi(2)).exp()
+    }
+}
+
 impl ForceLaw for Stribeck {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        sliding_force(instant, |_, speed| self.kinetic(speed))
+    }
+
     fn force(&self, step: &Step) -> f64 {
-        let excess = self.holding - self.force;
-        let kinetic = |_, speed: f64| self.force + excess * (-(speed / self.velocity).powi(2)).exp();
-        dry_force(step, kinetic, |_| self.holding)
+        dry_force(step, |_, speed| self.kinetic(speed), |_| self.holding)
     }
 }

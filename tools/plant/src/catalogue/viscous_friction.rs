@@ -1,6 +1,6 @@
 //! Viscous friction.
 
-use super::law::{Action, ForceLaw, Given, Law, ParameterSpec, Place, Step};
+use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 
 /// `viscous_friction`.
 pub struct ViscousFriction;
@@ -38,6 +38,10 @@ struct Viscous {
 }
 
 impl ForceLaw for Viscous {
+    fn at(&self, instant: &Instant) -> Option<f64> {
+        Some(-self.damping * instant.v)
+    }
+
     fn force(&self, step: &Step) -> f64 {
         // The mean velocity is linear in the force.
         let per_force = self.damping / step.step_s * step.z_gain;

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use super::steps::{Port, PortStep, Steps};
+use super::steps::{Gains, Port, PortStep, Steps};
 use crate::catalogue::{ForceLaw, Step};
 use crate::error::PlantError;
 use crate::linear::dot;
@@ -119,7 +119,7 @@ impl Engine {
     fn settle(&mut self, step: &PortStep, time_s: f64, step_s: f64, from: f64, to: f64) {
         let alone: Vec<Step> =
             (0..self.elements.len()).map(|index| self.see(index, step, time_s, step_s, from, to)).collect();
-        settled(&mut self.elements, &mut self.forces, &alone, &step.z_gain, &step.v_gain);
+        settled(&mut self.elements, &mut self.forces, &alone, &step.gains);
     }
 
     /// The step of `step_s` seconds.
@@ -149,7 +149,7 @@ impl Engine {
             Effort::Servo(mass) => {
                 let per_velocity = mass / step_s;
                 let change = read(&port.v, &self.next, to) - read(&port.v, &self.state, from);
-                (per_velocity * change, per_velocity * step.v_gain[index][index] - 1.0)
+                (per_velocity * change, per_velocity * step.gains.v[index][index] - 1.0)
             }
         };
         Step {
@@ -159,8 +159,8 @@ impl Engine {
             v: read(&port.v, &self.state, from),
             z_free: read(&port.z, &self.next, to),
             v_free: read(&port.v, &self.next, to),
-            z_gain: step.z_gain[index][index],
-            v_gain: step.v_gain[index][index],
+            z_gain: step.gains.z[index][index],
+            v_gain: step.gains.v[index][index],
             effort,
             effort_gain,
             near: self.forces[index],
@@ -213,19 +213,13 @@ impl Before {
 
 /// Finds the forces of several laws, each in turn, given the others, until none moves; `alone` is what each sees without
 /// any. The forces of the sub-step before are where it begins.
-pub(super) fn settled(
-    elements: &mut [Element],
-    forces: &mut [f64],
-    alone: &[Step],
-    z_gain: &[Vec<f64>],
-    v_gain: &[Vec<f64>],
-) {
+pub(super) fn settled(elements: &mut [Element], forces: &mut [f64], alone: &[Step], gains: &Gains) {
     let given = |index: usize, forces: &[f64]| {
         let mut seen = Step { near: forces[index], ..alone[index] };
         for (other, force) in forces.iter().enumerate() {
             if other != index {
-                seen.z_free += z_gain[index][other] * force;
-                seen.v_free += v_gain[index][other] * force;
+                seen.z_free += gains.z[index][other] * force;
+                seen.v_free += gains.v[index][other] * force;
             }
         }
         seen

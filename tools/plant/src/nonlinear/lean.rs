@@ -9,7 +9,8 @@ use std::rc::Rc;
 
 use super::assembly::{Machine, Run, passed, ran_away};
 use super::engine::{Before, Effort, Element, Engine, settled};
-use super::steps::{Port, PortStep};
+use super::smooth::{Begun, Course, smooth_forces};
+use super::steps::{Gains, Port, PortStep};
 use crate::catalogue::Step;
 use crate::error::PlantError;
 use crate::simulate::Hold;
@@ -23,6 +24,8 @@ pub(crate) struct Look {
     pub(crate) every: usize,
     /// Whether what lies between is wanted too, sub-step by sub-step.
     pub(crate) between: bool,
+    /// The longest step along which forces are taken to be smooth until they are seen not to be, seconds.
+    pub(crate) smooth_s: Option<f64>,
 }
 
 /// A linear function of state, input and slope.
@@ -58,8 +61,9 @@ struct Map<const N: usize> {
     force: Vec<[f64; N]>,
     /// Displacement and velocity at the end by the state at the start, without force.
     ends: Vec<[Reading<N>; 2]>,
-    z_gain: Vec<Vec<f64>>,
-    v_gain: Vec<Vec<f64>>,
+    /// Per law: what a rise of its force by one, without a mean, has added at the end.
+    rise: Vec<[f64; N]>,
+    gains: Gains,
 }
 
 impl<const N: usize> Map<N> {
@@ -84,8 +88,8 @@ impl<const N: usize> Map<N> {
         Self {
             ends: ports.iter().map(|port| [end(&port.z), end(&port.v)]).collect(),
             force: step.force.iter().map(|column| array(column)).collect(),
-            z_gain: step.z_gain.clone(),
-            v_gain: step.v_gain.clone(),
+            rise: step.rise.iter().map(|column| array(column)).collect(),
+            gains: step.gains.clone(),
             columns,
             value,
             slope,
@@ -119,10 +123,20 @@ struct Lean<const N: usize> {
     feels: bool,
     base: Reading<N>,
     maps: HashMap<i64, Rc<Map<N>>>,
-    last: Option<(u64, Rc<Map<N>>)>,
+    /// Those used last, by the bits of their length.
+    recent: Vec<(u64, Rc<Map<N>>)>,
     /// Laws in this sub-step, each as if it were alone.
     alone: Vec<Step>,
+    /// The same, with what the drive exerts, in a step along which forces are smooth.
+    begun: Vec<Begun>,
+    /// Forces over the last step, and over the one that is tried.
+    courses: [Vec<Course>; 2],
+    /// Forces where the first step after a look begins; nothing before it is made.
+    felt_first: Vec<f64>,
 }
+
+/// Maps kept at hand.
+const RECENT: usize = 12;
 
 impl<const N: usize> Lean<N> {
     fn new(engine: Engine, base: &Row) -> Self {
@@ -143,17 +157,18 @@ impl<const N: usize> Lean<N> {
             outputs,
             base: Reading::of_row(base),
             maps: HashMap::new(),
-            last: None,
+            recent: Vec::with_capacity(RECENT),
             alone: Vec::with_capacity(engine.elements.len()),
+            begun: Vec::with_capacity(engine.elements.len()),
+            courses: [(); 2].map(|()| vec![Course::default(); engine.elements.len()]),
+            felt_first: Vec::with_capacity(engine.elements.len()),
             engine,
         }
     }
 
     /// The map over `step_s` seconds.
     fn map(&mut self, step_s: f64) -> Result<Rc<Map<N>>, PlantError> {
-        if let Some((bits, map)) = &self.last
-            && *bits == step_s.to_bits()
-        {
+        if let Some((_, map)) = self.recent.iter().find(|(bits, _)| *bits == step_s.to_bits()) {
             return Ok(Rc::clone(map));
         }
         let key = Engine::key_of(step_s);
@@ -170,7 +185,10 @@ impl<const N: usize> Lean<N> {
                 map
             }
         };
-        self.last = Some((step_s.to_bits(), Rc::clone(&map)));
+        if self.recent.len() >= RECENT {
+            self.recent.clear();
+        }
+        self.recent.push((step_s.to_bits(), Rc::clone(&map)));
         Ok(map)
     }
 
@@ -179,7 +197,7 @@ impl<const N: usize> Lean<N> {
         let [z, v] = &self.starts[index];
         let [z_end, v_end] = &map.ends[index];
         let (v, v_free) = (v.at(&self.state, from, slope), v_end.at(&self.state, from, slope));
-        let v_gain = map.v_gain[index][index];
+        let v_gain = map.gains.v[index][index];
         let (effort, effort_gain) = match self.engine.elements[index].effort {
             Effort::None => (0.0, 0.0),
             Effort::Input(gain) => (gain * (from + 0.5 * slope * step_s), 0.0),
@@ -195,7 +213,7 @@ impl<const N: usize> Lean<N> {
             v,
             z_free: z_end.at(&self.state, from, slope),
             v_free,
-            z_gain: map.z_gain[index][index],
+            z_gain: map.gains.z[index][index],
             v_gain,
             effort,
             effort_gain,
@@ -223,7 +241,7 @@ impl<const N: usize> Lean<N> {
                 }
                 let (elements, forces): (&mut [Element], &mut [f64]) =
                     (&mut self.engine.elements, &mut self.engine.forces);
-                settled(elements, forces, &self.alone, &map.z_gain, &map.v_gain);
+                settled(elements, forces, &self.alone, &map.gains);
             }
         }
         for (column, force) in map.force.iter().zip(&self.engine.forces) {
@@ -235,11 +253,91 @@ impl<const N: usize> Lean<N> {
         self.engine.has_moved = true;
     }
 
-    /// As [`Engine::felt`].
-    fn felt(&self, before: &Before, run: &mut Run) {
+    /// From one sample to the next in steps of `smooth_s` at most, which are halved down to `short_s` where forces are not
+    /// smooth.
+    fn glide_on(
+        &mut self,
+        (smooth_s, short_s): (f64, f64),
+        start_s: f64,
+        interval_s: f64,
+        from: f64,
+        slope: f64,
+    ) -> Result<(), PlantError> {
+        let pieces = (interval_s / smooth_s * (1.0 - 1e-9)).ceil().max(1.0);
+        let step_s = interval_s / pieces;
+        let halvings = (step_s / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
+        for piece in 0..pieces as usize {
+            let past_s = piece as f64 * step_s;
+            self.glide(halvings, start_s + past_s, step_s, from + slope * past_s, slope)?;
+        }
+        Ok(())
+    }
+
+    /// Advances in steps as long as forces are smooth along them, a step being halved so often at most.
+    fn glide(
+        &mut self,
+        halvings: u32,
+        time_s: f64,
+        step_s: f64,
+        from: f64,
+        slope: f64,
+    ) -> Result<(), PlantError> {
+        let map = self.map(step_s)?;
+        if halvings == 0 {
+            self.advance(&map, time_s, step_s, from, slope);
+            for (course, force) in self.courses[0].iter_mut().zip(&self.engine.forces) {
+                course.stepped(*force);
+            }
+        } else if !self.advance_smoothly(&map, time_s, step_s, from, slope) {
+            let half_s = 0.5 * step_s;
+            self.glide(halvings - 1, time_s, half_s, from, slope)?;
+            return self.glide(halvings - 1, time_s + half_s, half_s, from + slope * half_s, slope);
+        }
+        if self.felt_first.is_empty() {
+            self.felt_first.extend(self.courses[0].iter().map(|course| course.start));
+        }
+        Ok(())
+    }
+
+    /// One step along which all forces are smooth; makes none and says so where they are not.
+    fn advance_smoothly(&mut self, map: &Map<N>, time_s: f64, step_s: f64, from: f64, slope: f64) -> bool {
+        self.begun.clear();
+        for index in 0..self.engine.elements.len() {
+            let efforts = match self.engine.elements[index].effort {
+                Effort::Input(gain) => [gain * from, gain * (from + slope * step_s)],
+                Effort::None | Effort::Servo(_) => [0.0; 2],
+            };
+            self.begun.push(Begun { seen: self.see(index, map, time_s, step_s, from, slope), efforts });
+        }
+        let [before, courses] = &mut self.courses;
+        courses.clone_from(before);
+        if !smooth_forces(&self.engine.elements, &self.begun, &map.gains, courses) {
+            return false;
+        }
+        self.courses.swap(0, 1);
+        let courses = &self.courses[0];
+        let mut next = map.advance(&self.state, from, slope);
+        for ((by_mean, by_rise), course) in map.force.iter().zip(&map.rise).zip(courses) {
+            for ((entry, mean), rise) in next.iter_mut().zip(by_mean).zip(by_rise) {
+                *entry += mean * course.mean + rise * course.rise;
+            }
+        }
+        for (index, begun) in self.begun.iter().enumerate() {
+            let (z_free, v_free) = map.gains.end(index, &begun.seen, courses);
+            let made = Step { z_free, v_free, z_gain: 0.0, v_gain: 0.0, ..begun.seen };
+            self.engine.elements[index].law.made(&made, courses[index].mean);
+            self.engine.forces[index] = courses[index].end();
+        }
+        self.state = next;
+        self.engine.has_moved = true;
+        true
+    }
+
+    /// As [`Engine::felt`], for these forces after the look.
+    fn felt(&self, before: &Before, after: &[f64], run: &mut Run) {
         for ((_, through), samples) in self.outputs.iter().zip(&mut run.outputs) {
             if let Some(last) = samples.last_mut() {
-                *last += before.change(through.iter().copied(), &self.engine.forces);
+                *last += before.change(through.iter().copied(), after);
             }
         }
     }
@@ -263,6 +361,16 @@ impl Machine<'_> {
     /// Whether all motion is that of the plant's state.
     pub(crate) fn shows_points(&self) -> bool {
         self.servo.is_none() && self.motions.is_empty()
+    }
+
+    /// Whether nothing but forces of laws stands between steps that are as long as these allow.
+    fn glides(&self, look: Look) -> bool {
+        let told = |element: &Element| !matches!(element.effort, Effort::Servo(_));
+        self.is_plain()
+            && self.signals.is_empty()
+            && !look.between
+            && !self.plant.elements.is_empty()
+            && self.plant.elements.iter().all(told)
     }
 
     /// How much of the input every output shows at once; nothing where something with a memory lies in between.
@@ -305,6 +413,7 @@ fn lean<const N: usize>(
     (input, hold): (&[f64], Hold),
     look: Look,
 ) -> Result<Run, PlantError> {
+    let smooth_s = look.smooth_s.filter(|_| machine.glides(look));
     let Machine { mut signals, plant, base, longest_step_s, .. } = machine;
     let mut lean = Lean::<N>::new(plant, &base);
     let every = look.every.max(1);
@@ -330,6 +439,23 @@ fn lean<const N: usize>(
             break;
         };
         let to = if hold == Hold::ZeroOrder { from } else { to };
+        if let Some(smooth_s) = smooth_s {
+            let slope = (to - from) / interval_s;
+            let before = wanted.then(|| {
+                lean.look(&mut run, start_s, from, 0.5 * (slope_before + slope));
+                lean.felt_first.clear();
+                lean.feels.then(|| Before::of(&lean.engine))
+            });
+            slope_before = slope;
+            lean.glide_on((smooth_s, longest_step_s), start_s, interval_s, from, slope)?;
+            if let Some(before) = before.flatten() {
+                lean.felt(&before, &lean.felt_first, &mut run);
+            }
+            if wanted && ran_away(&lean.state) {
+                return Err(PlantError::RanAway { time_s: start_s });
+            }
+            continue;
+        }
         let pieces = (interval_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
         let step_s = interval_s / pieces;
         let map = lean.map(step_s)?;
@@ -350,7 +476,7 @@ fn lean<const N: usize>(
             slope_before = slope;
             lean.advance(&map, time_s, step_s, u, slope);
             if let Some(before) = before.flatten() {
-                lean.felt(&before, &mut run);
+                lean.felt(&before, &lean.engine.forces, &mut run);
             }
         }
         // What has run away does not come back, and laws take long to find forces for it.

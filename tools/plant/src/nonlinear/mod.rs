@@ -7,13 +7,15 @@
 //! Between time stamps the plant takes sub-steps of at most [`longest_step_s`]. Over a sub-step the linear part is exact
 //! for straight-line inputs and constant forces; the forces are of second order in the sub-step
 //! ([`crate::catalogue`]). Several forces in one sub-step are found together by sweeps over the laws until none
-//! moves any more. Everything is deterministic.
+//! moves any more. Fits take longer steps of fourth order where all forces are smooth ([`smooth`]). Everything is
+//! deterministic.
 
 mod assembly;
 mod control;
 mod engine;
 mod lean;
 mod sensing;
+mod smooth;
 mod steps;
 
 pub(crate) use assembly::{Machine, elements, passed, signals};

@@ -5,7 +5,9 @@ use std::rc::Rc;
 
 use nalgebra::DMatrix;
 
+use super::smooth::Course;
 use crate::blocks::Blocks;
+use crate::catalogue::Step;
 use crate::error::PlantError;
 use crate::linear::dot;
 use crate::state_space::StateSpace;
@@ -33,7 +35,31 @@ pub(super) struct Port {
     pub(super) force: Vec<f64>,
 }
 
-/// A step for constant forces at the ports.
+/// What forces at the ports change there in a step.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Gains {
+    /// `z[i][j]`: displacement at the end at port i per mean force at port j.
+    pub(super) z: Vec<Vec<f64>>,
+    /// The same for velocities.
+    pub(super) v: Vec<Vec<f64>>,
+    /// As `z`, per rise of a force that grows in a straight line and has no mean.
+    z_rise: Vec<Vec<f64>>,
+    v_rise: Vec<Vec<f64>>,
+}
+
+impl Gains {
+    /// Displacement and velocity at the end of a step at one port.
+    pub(super) fn end(&self, port: usize, seen: &Step, courses: &[Course]) -> (f64, f64) {
+        let (mut z, mut v) = (seen.z_free, seen.v_free);
+        for (index, course) in courses.iter().enumerate() {
+            z += self.z[port][index] * course.mean + self.z_rise[port][index] * course.rise;
+            v += self.v[port][index] * course.mean + self.v_rise[port][index] * course.rise;
+        }
+        (z, v)
+    }
+}
+
+/// A step for forces at the ports that are constant or grow in a straight line.
 #[derive(Debug)]
 pub(super) struct PortStep {
     transition: Vec<f64>,
@@ -42,10 +68,9 @@ pub(super) struct PortStep {
     slope: Vec<f64>,
     /// Per port: what a unit force has added to the state at the end.
     pub(super) force: Vec<Vec<f64>>,
-    /// `z_gain[i][j]`: displacement at port i per force at port j.
-    pub(super) z_gain: Vec<Vec<f64>>,
-    /// The same for velocities.
-    pub(super) v_gain: Vec<Vec<f64>>,
+    /// The same for one that grows in a straight line from -1/2 to 1/2.
+    pub(super) rise: Vec<Vec<f64>>,
+    pub(super) gains: Gains,
 }
 
 impl PortStep {
@@ -77,7 +102,8 @@ impl PortStep {
 
 /// All steps of one state space.
 pub(super) struct Steps {
-    /// State, input value, input slope, then one column per port, as one system whose inputs stand still.
+    /// State, input value, input slope, then one column per port and one per slope of its force, as one system whose
+    /// inputs stand still.
     joined: DMatrix<f64>,
     /// `joined^k / k!`, for short steps of any length.
     powers: Vec<DMatrix<f64>>,
@@ -91,7 +117,7 @@ pub(super) struct Steps {
 impl Steps {
     pub(super) fn new(space: &StateSpace, ports: Vec<Port>) -> Self {
         let order = space.order();
-        let size = order + 2 + ports.len();
+        let size = order + 2 + 2 * ports.len();
         let mut joined = DMatrix::zeros(size, size);
         joined.view_mut((0, 0), (order, order)).copy_from(space.a());
         for row in 0..order {
@@ -102,6 +128,9 @@ impl Steps {
             }
         }
         joined[(order, order + 1)] = 1.0;
+        for index in 0..ports.len() {
+            joined[(order + 2 + index, order + 2 + ports.len() + index)] = 1.0;
+        }
         let mut powers = vec![DMatrix::identity(size, size)];
         for term in 1..TERMS {
             let next = &powers[term - 1] * &joined / term as f64;
@@ -161,10 +190,21 @@ impl Steps {
         }
         let order = self.order;
         let column = |index| exponential.column(index).iter().take(order).copied().collect::<Vec<f64>>();
-        let force: Vec<Vec<f64>> = (0..self.ports.len()).map(|index| column(order + 2 + index)).collect();
-        let gains = |row: &dyn Fn(&Port) -> &Vec<f64>| {
+        let count = self.ports.len();
+        let force: Vec<Vec<f64>> = (0..count).map(|index| column(order + 2 + index)).collect();
+        let rise: Vec<Vec<f64>> = (0..count)
+            .map(|index| {
+                let by_slope = column(order + 2 + count + index);
+                by_slope
+                    .iter()
+                    .zip(&force[index])
+                    .map(|(slope, force)| slope / step_s - 0.5 * force)
+                    .collect()
+            })
+            .collect();
+        let gains = |row: &dyn Fn(&Port) -> &Vec<f64>, columns: &[Vec<f64>]| {
             let ports = self.ports.iter();
-            ports.map(|port| force.iter().map(|column| dot(row(port), column)).collect()).collect()
+            ports.map(|port| columns.iter().map(|column| dot(row(port), column)).collect()).collect()
         };
         let transition: Vec<f64> = (0..order)
             .flat_map(|row| (0..order).map(move |column| (row, column)))
@@ -175,9 +215,14 @@ impl Steps {
             transition,
             value: column(order),
             slope: column(order + 1),
-            z_gain: gains(&|port| &port.z.0),
-            v_gain: gains(&|port| &port.v.0),
+            gains: Gains {
+                z: gains(&|port| &port.z.0, &force),
+                v: gains(&|port| &port.v.0, &force),
+                z_rise: gains(&|port| &port.z.0, &rise),
+                v_rise: gains(&|port| &port.v.0, &rise),
+            },
             force,
+            rise,
         })
     }
 }

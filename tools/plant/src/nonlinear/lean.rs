@@ -133,10 +133,31 @@ struct Lean<const N: usize> {
     courses: [Vec<Course>; 2],
     /// Forces where the first step after a look begins; nothing before it is made.
     felt_first: Vec<f64>,
+    stride: Stride,
 }
 
 /// Maps kept at hand.
 const RECENT: usize = 12;
+
+/// How an interval between samples is gone through.
+#[derive(Clone, Copy, Default)]
+struct Stride {
+    interval_s: f64,
+    pieces: usize,
+    step_s: f64,
+    /// How often a piece may be halved.
+    halvings: u32,
+}
+
+impl Stride {
+    /// In steps of `smooth_s` at most, which are halved down to `short_s` where forces are not smooth.
+    fn new(interval_s: f64, (smooth_s, short_s): (f64, f64)) -> Self {
+        let pieces = (interval_s / smooth_s * (1.0 - 1e-9)).ceil().max(1.0);
+        let step_s = interval_s / pieces;
+        let halvings = (step_s / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
+        Self { interval_s, pieces: pieces as usize, step_s, halvings }
+    }
+}
 
 impl<const N: usize> Lean<N> {
     fn new(engine: Engine, base: &Row) -> Self {
@@ -162,6 +183,7 @@ impl<const N: usize> Lean<N> {
             begun: Vec::with_capacity(engine.elements.len()),
             courses: [(); 2].map(|()| vec![Course::default(); engine.elements.len()]),
             felt_first: Vec::with_capacity(engine.elements.len()),
+            stride: Stride::default(),
             engine,
         }
     }
@@ -253,20 +275,20 @@ impl<const N: usize> Lean<N> {
         self.engine.has_moved = true;
     }
 
-    /// From one sample to the next in steps of `smooth_s` at most, which are halved down to `short_s` where forces are not
-    /// smooth.
+    /// From one sample to the next in steps as long as forces are smooth.
     fn glide_on(
         &mut self,
-        (smooth_s, short_s): (f64, f64),
+        lengths: (f64, f64),
         start_s: f64,
         interval_s: f64,
         from: f64,
         slope: f64,
     ) -> Result<(), PlantError> {
-        let pieces = (interval_s / smooth_s * (1.0 - 1e-9)).ceil().max(1.0);
-        let step_s = interval_s / pieces;
-        let halvings = (step_s / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
-        for piece in 0..pieces as usize {
+        if self.stride.interval_s != interval_s {
+            self.stride = Stride::new(interval_s, lengths);
+        }
+        let Stride { pieces, step_s, halvings, .. } = self.stride;
+        for piece in 0..pieces {
             let past_s = piece as f64 * step_s;
             self.glide(halvings, start_s + past_s, step_s, from + slope * past_s, slope)?;
         }

@@ -49,6 +49,7 @@ pub(super) struct Gains {
 
 impl Gains {
     /// Displacement and velocity at the end of a step at one port.
+    #[inline]
     pub(super) fn end(&self, port: usize, seen: &Step, courses: &[Course]) -> (f64, f64) {
         let (mut z, mut v) = (seen.z_free, seen.v_free);
         for (index, course) in courses.iter().enumerate() {

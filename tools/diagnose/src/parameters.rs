@@ -112,8 +112,7 @@ fn may_be_refitted(path: &str, own_laws: usize) -> bool {
 }
 
 /// Parameters of laws that stay as they are: what the others already determine, or what only jumps.
-pub(crate) const AS_GIVEN: [&str; 5] =
-    ["gamma", "rest_position", "step", "viscous_forward", "viscous_backward"];
+pub(crate) const AS_GIVEN: [&str; 4] = ["rest_position", "step", "viscous_forward", "viscous_backward"];
 
 fn free(parameter: &stillbeam_plant::Parameter) -> FreeParameter {
     let is_ratio = parameter.path.contains("damping_ratio") && !parameter.path.starts_with("drive");

@@ -153,7 +153,11 @@ impl Search<'_> {
         let drawing = self.drawing_of_far_refit(base);
         let (screened, mut tried) =
             self.tried_around(base, Beside { rival: base, drawing: drawing.as_ref(), place });
-        if place.is_some() || (self.in_pieces && tried.iter().any(Tried::passes)) {
+        if place.is_some() {
+            return (screened, tried);
+        }
+        if self.in_pieces && tried.iter().any(Tried::passes) {
+            tried.extend(self.laws_seen_as_well(base, &screened, &tried));
             return (screened, tried);
         }
         if !tried.iter().any(Tried::passes)
@@ -484,6 +488,12 @@ mod tests {
                     let candidate = &search.candidates[seen.candidate];
                     assert!(is_fitted, "{} at {}", candidate.law.id(), candidate.location);
                 }
+                // In pieces of recordings what is seen best is fitted as well, though another passes.
+                search.in_pieces = true;
+                search.rounds.lock().unwrap().clear();
+                let (screened, tried) = search.round(&refitted);
+                let best = screened.iter().max_by(|a, b| a.explained.total_cmp(&b.explained)).unwrap();
+                assert!(tried.iter().any(|tried| tried.candidate == best.candidate));
             });
         }
     }

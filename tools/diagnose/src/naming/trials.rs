@@ -275,9 +275,11 @@ fn trials(
         "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
         // What of the spring's force the sine takes away at the largest angle.
         "pendulum" => amplitude("stiffness", f / (z - z.sin()).abs().max(f64::MIN_POSITIVE)),
-        "hysteresis" => {
-            [0.3, 1.0, 3.0].iter().map(|share| shaped("stiffness", f / z, &[("beta", share / z)])).collect()
-        }
+        // Dahl's but for a trace, from which a fit finds how large it has to be.
+        "hysteresis" => [0.3, 1.0, 3.0]
+            .iter()
+            .map(|share| shaped("stiffness", f / z, &[("beta", share / z), ("gamma", 0.1 * share / z)]))
+            .collect(),
         "backlash" => amplitude("gap", 0.02 * z),
         "end_stop" => [0.95, 0.9, 0.8, 0.7, 0.6, 0.5]
             .iter()
@@ -393,6 +395,7 @@ fn reading_step(records: &[Record], output: usize) -> Option<ReadingStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stillbeam_plant::Hold;
     use stillbeam_recording::Recording;
 
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};
@@ -409,6 +412,28 @@ mod tests {
                 .with_column("position_m", read)
         };
         noisy_runs(&machine(), amplitudes, noise_m).into_iter().map(rounded).collect()
+    }
+
+    /// The force of Bouc and Wen falls along another line than Dahl's.
+    #[test]
+    fn hysteresis_is_found_with_the_shape_of_its_loop() {
+        let shape = [("stiffness", 200.0), ("beta", 40.0), ("gamma", 40.0)];
+        let law = shape
+            .iter()
+            .fold(Physics::new("hysteresis", "mass"), |law, (name, value)| law.with(*name, *value));
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![law];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-4);
+        let (train, held_out) = (noisy(&[3.0, 9.0]), noisy(&[5.0]));
+        // What straight lines between the samples do is known to be no law.
+        let drawn = machine().with_hold(Hold::FirstOrder);
+        let found = diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+        assert_eq!(named, ["hysteresis"], "{}", found.sentence);
+        for (name, value) in shape {
+            let fitted = &found.effects[0].parameters[name];
+            assert!((fitted.value / value - 1.0).abs() < 0.05, "{name}: {fitted:?}");
+        }
     }
 
     #[test]

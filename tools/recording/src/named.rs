@@ -1,7 +1,7 @@
 //! Formats that are not read, told by their first bytes, and the way out of each.
 
 /// What a file begins with, what it is, and what to do.
-const KNOWN: [(&[u8], &str); 31] = [
+const KNOWN: [(&[u8], &str); 32] = [
     (b"\x1f\x8b", "gzip; unpack it first, with gunzip"),
     (
         b"\x28\xb5\x2f\xfd",
@@ -33,6 +33,10 @@ const KNOWN: [(&[u8], &str); 31] = [
     (b"\x80\x03", "a pickle of Python; save the array with numpy.save or as CSV"),
     (b"\x80\x04", "a pickle of Python; save the array with numpy.save or as CSV"),
     (b"\x80\x05", "a pickle of Python; save the array with numpy.save or as CSV"),
+    (
+        b"LOGG",
+        "a log of CAN frames (BLF); make signals of them with the database of the bus, with asammdf or cantools, and write those as CSV",
+    ),
     (b"MDF     ", "an MDF file (.mf4, .dat); export the channels as CSV"),
     (b"UnFinMF ", "an MDF file that was not closed (.mf4); export the channels as CSV"),
     (b"%PDF", "a PDF; take the data behind the picture, as CSV"),
@@ -43,6 +47,9 @@ const KNOWN: [(&[u8], &str); 31] = [
     (b"\x7fELF", "a program; give the recording"),
     (b"OggS", "audio that is not RIFF/WAVE; convert it to WAV"),
 ];
+
+/// A log of frames as text. Which bytes of which frame are the signal stands in another file.
+const CAN_LOG: &str = "a log of CAN frames (candump or Vector's ASC), whose bytes only a database of the bus makes signals of; write them as CSV, with cantools decode or asammdf";
 
 /// What HDF5 files, and so MATLAB v7.3 files after their 512 bytes of text, begin with.
 const HDF5: &[u8] = b"\x89HDF\r\n\x1a\n";
@@ -74,8 +81,44 @@ pub(crate) fn looks_like(bytes: &[u8]) -> Option<&'static str> {
     if text.starts_with("{\\rtf") {
         return Some("a text document (RTF); save it as plain text");
     }
+    if is_can_log(&text) {
+        return Some(CAN_LOG);
+    }
     if text.starts_with("version https://git-lfs") {
         return Some("a pointer of Git LFS in the place of the file; fetch it with git lfs pull");
     }
     None
+}
+
+/// Whether the first lines of a text, in small letters, are frames of a bus as candump or an ASC logger
+/// writes them.
+fn is_can_log(text: &str) -> bool {
+    if text.starts_with("date ") && text.lines().take(5).any(|line| line.starts_with("base ")) {
+        return true;
+    }
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty()).peekable();
+    let first = lines.next();
+    first.is_some_and(is_frame) && lines.next().is_none_or(|next| is_frame(next) || lines.peek().is_none())
+}
+
+/// `(1436509052.249713) can0 123#11223344` or `can0  123   [8]  11 22 33 44 55 66 77 88`, with or without a
+/// stamp.
+fn is_frame(line: &str) -> bool {
+    let hex = |text: &str, most: usize| {
+        !text.is_empty() && text.len() <= most && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+    };
+    let mut words = line.split_whitespace().skip_while(|word| word.starts_with('('));
+    let Some(_bus) = words.next().filter(|bus| bus.contains("can") || bus.contains("slc")) else {
+        return false;
+    };
+    let Some(word) = words.next() else { return false };
+    match word.split_once('#') {
+        Some((id, bytes)) => {
+            hex(id, 8) && bytes.bytes().all(|byte| byte.is_ascii_hexdigit() || byte == b'#' || byte == b'r')
+        }
+        None => {
+            hex(word, 8)
+                && words.next().is_some_and(|length| length.starts_with('[') && length.ends_with(']'))
+        }
+    }
 }

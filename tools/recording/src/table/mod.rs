@@ -20,6 +20,7 @@ mod sideways;
 mod spectrum;
 mod split_seconds;
 mod stamps;
+mod thousands;
 mod turns;
 mod wrapped;
 
@@ -55,6 +56,9 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<(Table, Vec<St
     }
     let mut given = Given { separator: options.separator, decimal_comma: options.decimal_comma };
     let plain = options.skip_lines.is_none() && given == Given::default();
+    let plain_text = if plain { thousands::ungrouped(&text) } else { None };
+    let grouped = plain_text.is_some();
+    let text = plain_text.map_or(text, Cow::Owned);
     let (text, laid_out) = if plain { laid_out(text) } else { (text, None) };
     if let Some(Layout::Labels(separator) | Layout::Sideways(separator)) = laid_out {
         given.separator = Some(separator);
@@ -69,6 +73,9 @@ pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<(Table, Vec<St
         };
     let (mut table, trailer) = read_as(&text, lines, &dialect)?;
     table.remarks.splice(0..0, laid_out.map(Layout::remark));
+    if grouped {
+        table.remarks.insert(0, "commas before three digits group thousands".to_owned());
+    }
     let said = describe(&dialect, encoding);
     if !said.is_empty() {
         table.remarks.insert(0, said);

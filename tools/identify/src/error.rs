@@ -50,6 +50,19 @@ pub enum IdentifyError {
         /// Its constant value.
         value: f64,
     },
+    /// The column holds a size without its sign.
+    #[error(
+        "{recording}: column `{column}` never goes below zero and turns back sharply where it comes down to it: it is a magnitude, which rings at twice the frequency and its multiples; record the signed signal of one axis{}",
+        of_axes(others)
+    )]
+    Magnitude {
+        /// Name of the recording.
+        recording: String,
+        /// The column.
+        column: String,
+        /// The other columns of the recording.
+        others: Vec<String>,
+    },
     /// The unit does not say what the column is.
     #[error(
         "{recording}: column `{column}` ends in the unit `{unit}`, which does not say {wanted}; state it with {option}, or give the column an SI unit"
@@ -207,4 +220,12 @@ fn sentence(text: &str) -> String {
 fn frequencies(list: &[f64]) -> String {
     let shown: Vec<String> = list.iter().map(|f| format!("{f:.4}")).collect();
     if shown.is_empty() { "no".to_owned() } else { shown.join(", ") }
+}
+
+/// Which columns to name instead of a magnitude.
+fn of_axes(others: &[String]) -> String {
+    match others {
+        [] => String::new(),
+        some => format!(", or name one with --output: {}", some.join(", ")),
+    }
 }

@@ -5,6 +5,7 @@ use stillbeam_recording::{Column, Problem, Recording, TIME_COLUMN};
 use crate::error::IdentifyError;
 use crate::input_rest::{blows_alone, continued, median, rests_at_ends};
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
+use crate::magnitude::refuse_magnitude;
 use crate::modal_response::{InputKind, OutputQuantity};
 use crate::readings::Readings;
 use crate::result::Rejected;
@@ -178,6 +179,7 @@ impl ForcedRecord {
             });
         }
         refuse_constant(recording, output_column, &output.values)?;
+        refuse_magnitude(recording, output_column, &output.values)?;
 
         let origin_s = recording.time_s[0];
         let from_origin = |times: &[f64]| times.iter().map(|t| t - origin_s).collect::<Vec<f64>>();

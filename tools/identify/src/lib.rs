@@ -55,6 +55,7 @@ pub mod interpolation;
 pub mod levenberg_marquardt;
 mod linearity;
 mod log_decrement;
+mod magnitude;
 mod modal_response;
 mod mode_gates;
 mod model_choice;

@@ -6,6 +6,7 @@ use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
+use crate::magnitude::refuse_magnitude;
 use crate::modal_response::{Pole, free_response};
 use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy, without_trend};
 use crate::result::Rejected;
@@ -76,6 +77,7 @@ impl<'r> Ringing<'r> {
     pub(crate) fn new(recording: &'r Recording, options: &FreeDecayOptions) -> Result<Self, IdentifyError> {
         let mut all = readings(recording, &options.output)?;
         refuse_constant(recording, &options.output, &all.values)?;
+        refuse_magnitude(recording, &options.output, &all.values)?;
         let mut warnings = clipping(&options.output, &all.values);
         warnings.extend(stamp_warnings(&recording.name, &all.time_s, &all.values));
         warnings.extend(std::mem::take(&mut all.remarks).into_iter().map(Warning::from));

@@ -19,6 +19,7 @@ use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
 use crate::forced_record::readings;
+use crate::magnitude::refuse_magnitude;
 use crate::poles::{
     ContinuousPole, OrderPoles, PoleMethod, StabilisationChart, Survey, Tolerances, decimated,
 };
@@ -85,6 +86,7 @@ pub fn identify_output_only(
     let mut uniform = Vec::new();
     for column in &options.outputs {
         let all = readings(recording, column)?;
+        refuse_magnitude(recording, column, &all.values)?;
         uniform.push(Uniform::new(&all.time_s, &without_wild(&all.values)));
         said.extend(all.remarks.into_iter().map(Warning::from));
     }

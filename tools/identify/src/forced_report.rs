@@ -10,9 +10,10 @@ use crate::error::IdentifyError;
 use crate::forced_model::{ForcedModel, MIN_DAMPING, pole};
 use crate::forced_record::ForcedRecord;
 use crate::forced_start::{Spectral, Starts};
+use crate::input_rest::samples_of_a_blow;
 use crate::levenberg_marquardt::Minimum;
 use crate::linearity::Linearity;
-use crate::modal_response::Pole;
+use crate::modal_response::{InputKind, Pole};
 use crate::mode_gates::NotLinear;
 use crate::model_choice::{Chosen, names};
 use crate::noise::{Refined, refine};
@@ -229,12 +230,27 @@ fn not_linear_warnings(chosen: &Chosen<'_>) -> Vec<Warning> {
             told.push(place);
         }
     }
+    let blow = |record: &ForcedRecord| {
+        let force: Vec<f64> = record.input.coefficients.iter().map(|cubic| cubic[0]).collect();
+        samples_of_a_blow(&force).filter(|_| record.input_kind == InputKind::Force)
+    };
+    // The shortest blow decides: it is the one that is known least.
+    let shortest = chosen.model.records.iter().filter_map(blow).min();
+    if let Some(samples) = shortest.filter(|samples| *samples < ENOUGH_OF_A_BLOW) {
+        let worst = told.first().map(|place| place.frequency_hz);
+        return worst
+            .map(|frequency_hz| WarningKind::BlowsOfFewSamples { frequency_hz, samples }.into())
+            .into_iter()
+            .collect();
+    }
     let warning = |NotLinear { frequency_hz, times_floor }| {
         Warning::from(WarningKind::NotLinearNear { frequency_hz, times_floor })
     };
     told.into_iter().map(warning).collect()
 }
 
+/// Samples of a blow from which a spline through them is the blow to within the noise of a load cell.
+const ENOUGH_OF_A_BLOW: usize = 6;
 /// Places this close, as a share of the frequency, are one.
 const SAME_PLACE: f64 = 0.05;
 

@@ -69,6 +69,26 @@ pub(crate) fn blow_starts(input: &[f64]) -> Vec<usize> {
     starts
 }
 
+/// Samples that the usual blow of an impact test lasts; `None` of any other input.
+pub(crate) fn samples_of_a_blow(input: &[f64]) -> Option<usize> {
+    let mut starts = blow_starts(input);
+    let ends: Vec<usize> = starts.iter().skip(1).copied().chain([input.len()]).collect();
+    let mut lengths: Vec<usize> = starts
+        .drain(..)
+        .zip(ends)
+        .map(|(start, end)| {
+            let blow = &input[start..end];
+            let top = blow.iter().fold(0.0_f64, |top, value| top.max(value.abs()));
+            blow.iter().filter(|value| value.abs() > SHARE_OF_LENGTH * top).count()
+        })
+        .collect();
+    let middle = lengths.len() / 2;
+    (!lengths.is_empty()).then(|| *lengths.select_nth_unstable(middle).1)
+}
+
+/// Share of its top above which a sample belongs to a blow.
+const SHARE_OF_LENGTH: f64 = 0.1;
+
 /// Whether an input is at rest at its first and at its last samples: then it is known beyond them.
 pub(crate) fn rests_at_ends(values: &[f64]) -> [bool; 2] {
     let (low, high) =

@@ -72,6 +72,12 @@ impl Linearity {
     pub(crate) fn and_near(self, places: &[Warning]) -> Self {
         match (self.verdict, places.first()) {
             (LinearityVerdict::NotLinear, _) | (_, None) => self,
+            (_, Some(Warning { kind: WarningKind::BlowsOfFewSamples { samples, .. }, .. })) => Self {
+                verdict: LinearityVerdict::NotTested,
+                statement: format!(
+                    "Whether the structure is linear cannot be told: a blow lasts {samples} samples of the force; sample it faster, or strike with a softer tip."
+                ),
+            },
             (_, Some(place)) => Self {
                 verdict: match place.kind {
                     WarningKind::NotConstantNear { .. } => LinearityVerdict::NotConstant,

@@ -311,6 +311,14 @@ pub enum WarningKind {
         /// How many times the power beside it the fit leaves there.
         times_floor: f64,
     },
+    /// The fit leaves much near a mode of an impact test whose blows few samples show: what the force did
+    /// between them may be the reason, and the structure need not be.
+    BlowsOfFewSamples {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+        /// Samples that a blow lasts.
+        samples: usize,
+    },
     /// A mode's frequency or damping changes while the record runs, and that explains more than a change with
     /// its amplitude.
     NotConstantNear {
@@ -515,6 +523,9 @@ impl WarningKind {
             ),
             Self::NotLinearNear { frequency_hz, times_floor } => format!(
                 "not linear near {frequency_hz:.3} Hz: the fit leaves {times_floor:.0} times as much there as beside it, and a second mode there would only stand in for a frequency or damping that changes with amplitude or time; `stillbeam diagnose` looks for the reason"
+            ),
+            Self::BlowsOfFewSamples { frequency_hz, samples } => format!(
+                "a blow lasts {samples} samples of the force, too few to know it between them: what the fit leaves near {frequency_hz:.3} Hz may come from that, and whether the structure is linear cannot be told; sample the force faster, or strike with a softer tip"
             ),
             Self::NotConstantNear { before_hz, after_hz, before_damping, after_damping, at_s } => {
                 let when = match at_s {

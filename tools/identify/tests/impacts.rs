@@ -5,7 +5,9 @@ mod synthetic;
 
 use std::f64::consts::{PI, TAU};
 
-use stillbeam_identify::{ForcedOptions, IdentifiedModes, WarningKind, identify_forced, usual_max_delay_s};
+use stillbeam_identify::{
+    ForcedOptions, IdentifiedModes, LinearityVerdict, WarningKind, identify_forced, usual_max_delay_s,
+};
 use stillbeam_recording::Recording;
 use synthetic::Noise;
 
@@ -15,10 +17,24 @@ type Pair = [f64; 2];
 /// Blows of half a sine at samples, and what modes of equal size answer as accelerations; the force's and the
 /// output's noise.
 fn blown(modes: &[Pair], rate_hz: f64, samples: usize, blows: &[usize], noise: Pair, seed: u64) -> Recording {
+    blown_for(10.0, modes, rate_hz, samples, blows, noise, seed)
+}
+
+/// The same with blows that last so many samples, and begin between two where that is no whole number.
+fn blown_for(
+    lasts: f64,
+    modes: &[Pair],
+    rate_hz: f64,
+    samples: usize,
+    blows: &[usize],
+    noise: Pair,
+    seed: u64,
+) -> Recording {
     const FINE: usize = 8;
-    let (width, h) = (10 * FINE, 1.0 / (rate_hz * FINE as f64));
+    let (width, h) = ((lasts * FINE as f64) as usize, 1.0 / (rate_hz * FINE as f64));
     let force = |k: usize| {
-        let into = blows.iter().filter_map(|at| k.checked_sub(at * FINE)).find(|into| *into < width);
+        let late = |at: usize| at * FINE + if width % FINE == 0 { 0 } else { at % FINE };
+        let into = blows.iter().filter_map(|at| k.checked_sub(late(*at))).find(|into| *into < width);
         into.map_or(0.0, |into| 100.0 * (PI * into as f64 / width as f64).sin().powi(2))
     };
     let mut output = vec![0.0; samples];
@@ -84,4 +100,23 @@ fn a_tap_at_the_very_beginning_is_fitted_whole_and_its_hammer_is_not_clipped() {
     assert!(found.window_s[0] == 0.0, "{:?}", found.window_s);
     let clipped = |kind: &WarningKind| matches!(kind, WarningKind::Clipping { .. });
     assert!(!found.warnings.iter().any(|warning| clipped(&warning.kind)), "{:?}", found.warnings);
+}
+
+/// What a force does between its few samples is a guess; nothing of the structure's is said by it.
+#[test]
+fn a_linear_structure_is_not_called_otherwise_after_blows_of_few_samples() {
+    let mut told = 0;
+    for (seed, lasts) in (0..).zip([1.4, 1.9, 2.3, 2.8, 3.3, 4.1]) {
+        let modes = [[23.0 + 4.0 * seed as f64, 0.006], [131.0, 0.011]];
+        let blows = [100, 2203, 4307, 6401];
+        let recording = blown_for(lasts, &modes, 1000.0, 8400, &blows, [1e-3, 1e-3], seed);
+        let found = found(&recording);
+        assert_ne!(found.linearity.verdict, LinearityVerdict::NotLinear, "{lasts}: {:?}", found.linearity);
+        let about = |kind: &WarningKind| match kind {
+            WarningKind::BlowsOfFewSamples { samples, .. } => (1..6).contains(samples),
+            _ => false,
+        };
+        told += usize::from(found.warnings.iter().any(|warning| about(&warning.kind)));
+    }
+    assert!(told > 0);
 }

@@ -19,6 +19,9 @@ const FIRST_ORDER: f64 = 0.03;
 /// Step of the first order, and of the differences of a fit.
 const SMALL: f64 = 1e-3;
 const DIFFERENCE: f64 = 1e-6;
+const SIDES: [f64; 2] = [1.0, -1.0];
+/// Starts whose motions are held in memory at once.
+const SIDE_BY_SIDE: usize = 8;
 
 /// One mode on a law, the others held.
 pub(super) struct OneMode<'r> {
@@ -72,9 +75,8 @@ impl<'r> OneMode<'r> {
         self.basis.remove_from(&mut self.left);
     }
 
-    /// What a start leaves, to the accuracy of the steps.
-    fn sum_at(&self, parameters: &[f64]) -> f64 {
-        let course = self.course(parameters);
+    /// What a course with this motion leaves, to the accuracy of the steps.
+    fn sum_with(&self, course: Course, motion: Vec<f64>) -> f64 {
         let mut own = Orthonormal::default();
         let mut push = |mut column: Column| {
             self.basis.remove_from_column(&mut column);
@@ -86,7 +88,7 @@ impl<'r> OneMode<'r> {
             let free = free_response(course.pole, origin_s, &times_s);
             free.into_iter().for_each(|values| push(Column { start: rows.start, values }));
         }
-        push(Column::from(self.motion(course)));
+        push(Column::from(motion));
         let mut left = self.left.clone();
         own.remove_from(&mut left);
         dot(&left, &left)
@@ -102,24 +104,39 @@ impl<'r> OneMode<'r> {
         Course { cause, pole: pole(parameters, 0), stiffness: parameters[2], damping: parameters[3] }
     }
 
-    /// The mode's forced response, to the accuracy of the steps.
-    fn motion(&self, course: Course) -> Vec<f64> {
-        let of = |drive: &Drive| {
-            let states = drive.motion(course, self.reference).into_iter();
-            states.map(|state| drive.output(state)).collect::<Vec<f64>>()
-        };
-        self.drives.iter().flat_map(of).collect()
+    /// The mode's forced responses on some courses, to the accuracy of the steps.
+    fn motions(&self, courses: &[Course]) -> Vec<Vec<f64>> {
+        let mut responses = vec![Vec::new(); courses.len()];
+        for drive in &self.drives {
+            let motions = drive.motions(courses, self.reference);
+            for (response, states) in responses.iter_mut().zip(motions) {
+                response.extend(states.into_iter().map(|state| drive.output(state)));
+            }
+        }
+        responses
     }
 
-    /// The mode's response less that of the linear mode at no amplitude.
-    fn beyond_linear(&self, course: Course) -> Vec<f64> {
-        let of = |drive: &Drive| {
-            let linear = drive.linear(course.pole);
-            let motion = drive.motion(course, self.reference);
-            let pairs = motion.into_iter().zip(linear);
-            pairs.map(|(own, linear)| drive.output(own) - drive.output(linear)).collect::<Vec<f64>>()
+    /// The mode's responses less those of the linear mode at no amplitude.
+    fn beyond_linear(&self, courses: &[Course]) -> Vec<Vec<f64>> {
+        let linear = |course: &Course| Course { stiffness: 0.0, damping: 0.0, ..*course };
+        let both: Vec<Course> = courses.iter().copied().chain(courses.iter().map(linear)).collect();
+        let mut own = self.motions(&both);
+        let linear = own.split_off(courses.len());
+        for (own, linear) in own.iter_mut().zip(linear) {
+            own.iter_mut().zip(linear).for_each(|(own, linear)| *own -= linear);
+        }
+        own
+    }
+
+    /// The mode's columns on some courses.
+    fn columns(&self, courses: &[Course]) -> Vec<Vec<Column>> {
+        let beyond = self.beyond_linear(courses);
+        let with = |(course, beyond): (&Course, Vec<f64>)| {
+            let mut columns = self.alone.mode_columns(course.pole, self.delay_s);
+            columns[0].values.iter_mut().zip(beyond).for_each(|(y, more)| *y += more);
+            columns
         };
-        self.drives.iter().flat_map(of).collect()
+        courses.iter().zip(beyond).map(with).collect()
     }
 
     fn forced(&self, pole: Pole) -> Vec<f64> {
@@ -137,11 +154,13 @@ impl<'r> OneMode<'r> {
 
     /// The best of some starts, and what it leaves.
     pub(super) fn best<const N: usize>(&self, starts: Vec<[f64; N]>) -> Option<(f64, [f64; N])> {
-        let sums = starts.into_iter().filter_map(|start| {
-            let sum = self.sum_at(&start);
-            sum.is_finite().then_some((sum, start))
+        let sums = starts.chunks(SIDE_BY_SIDE).flat_map(|some| {
+            let courses: Vec<Course> = some.iter().map(|start| self.course(start)).collect();
+            let motions = self.motions(&courses);
+            let sums = courses.into_iter().zip(motions).map(|(course, motion)| self.sum_with(course, motion));
+            some.iter().zip(sums.collect::<Vec<f64>>()).map(|(start, sum)| (sum, *start))
         });
-        sums.min_by(|a, b| a.0.total_cmp(&b.0))
+        sums.filter(|(sum, _)| sum.is_finite()).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// The fit from a start.
@@ -222,11 +241,7 @@ impl Separable for OneMode<'_> {
         if block > 0 {
             return self.held.clone();
         }
-        let course = self.course(parameters);
-        let mut columns = self.alone.mode_columns(course.pole, self.delay_s);
-        let beyond = self.beyond_linear(course);
-        columns[0].values.iter_mut().zip(beyond).for_each(|(y, more)| *y += more);
-        columns
+        self.columns(&[self.course(parameters)]).swap_remove(0)
     }
 
     fn depends(&self, block: usize, _: usize) -> bool {
@@ -244,22 +259,28 @@ impl Separable for OneMode<'_> {
         if block > 0 {
             return Vec::new();
         }
-        let tangent = |parameter: usize| {
+        let moved: Vec<Course> = (0..parameters.len())
+            .flat_map(|parameter| {
+                SIDES.map(|side| {
+                    let mut moved = parameters.to_vec();
+                    moved[parameter] += side * DIFFERENCE;
+                    self.course(&moved)
+                })
+            })
+            .collect();
+        let (by_pole, by_law) = moved.split_at(4);
+        let by_law = self.motions(by_law).into_iter().map(|motion| vec![Column::from(motion)]);
+        let columns: Vec<Vec<Column>> = self.columns(by_pole).into_iter().chain(by_law).collect();
+        let tangent = |(parameter, sides): (usize, &[Vec<Column>])| {
             let mut tangent = Column::default();
-            for side in [1.0, -1.0] {
-                let mut moved = parameters.to_vec();
-                moved[parameter] += side * DIFFERENCE;
-                let columns = match parameter < 2 {
-                    true => self.block(0, &moved),
-                    false => vec![Column::from(self.motion(self.course(&moved)))],
-                };
+            for (side, columns) in SIDES.iter().zip(sides) {
                 for (column, coefficient) in columns.iter().zip(coefficients) {
                     tangent.add(side * coefficient / (2.0 * DIFFERENCE), column);
                 }
             }
             (parameter, tangent)
         };
-        (0..parameters.len()).map(tangent).collect()
+        columns.chunks(2).enumerate().map(tangent).collect()
     }
 }
 
@@ -286,7 +307,8 @@ pub(crate) fn may_depend(model: &ForcedModel<'_>, found: &Minimum<Projected>, mo
         basis.remove_from(&mut left);
         let before = dot(&left, &left);
         for [stiffness, damping] in [[SMALL * own.damping_ratio, 0.0], [0.0, SMALL]] {
-            let beyond = one.beyond_linear(Course { cause: one.cause, pole: own, stiffness, damping });
+            let course = Course { cause: one.cause, pole: own, stiffness, damping };
+            let beyond = one.beyond_linear(&[course]).swap_remove(0);
             let scale = 1.0 / SMALL;
             basis.push(Column::from(beyond.into_iter().map(|y| y * scale).collect::<Vec<f64>>()));
         }

@@ -7,6 +7,8 @@ use crate::modal_response::{InputKind, OutputQuantity, Pole};
 
 /// The least relative stiffness and damping: below, the mode would run away.
 pub(super) const LEAST: f64 = 0.05;
+/// Motions that are advanced side by side.
+const LANES: usize = 4;
 /// Steps per period of the mode.
 const PER_PERIOD: f64 = 24.0;
 
@@ -85,43 +87,80 @@ impl Drive {
 
     /// The motion from rest at the stamps.
     pub(super) fn motion(&self, course: Course, reference: f64) -> Vec<State> {
-        match course.cause {
-            Cause::Amplitude(law) => {
-                let w = course.pole.omega();
-                self.advanced(course, |q, v, _| law_at(law, q / reference, v / (w * reference)))
+        let [motion] = self.together([course], reference);
+        motion
+    }
+
+    /// The motions on several courses of one kind. Side by side they take hardly longer than one, of which
+    /// every step waits for the one before.
+    pub(super) fn motions(&self, courses: &[Course], reference: f64) -> Vec<Vec<State>> {
+        let mut motions = Vec::with_capacity(courses.len());
+        for some in courses.chunks(LANES) {
+            match <[Course; LANES]>::try_from(some) {
+                Ok(lanes) => motions.extend(self.together(lanes, reference)),
+                Err(_) => {
+                    let filled =
+                        std::array::from_fn::<Course, LANES, _>(|lane| some[lane.min(some.len() - 1)]);
+                    motions.extend(self.together(filled, reference).into_iter().take(some.len()));
+                }
             }
-            Cause::Time(moment) => self.advanced(course, |_, _, time_s| {
-                let share = moment.felt(self.clock.share(time_s));
-                [share; 2]
+        }
+        motions
+    }
+
+    fn together<const L: usize>(&self, courses: [Course; L], reference: f64) -> [Vec<State>; L] {
+        let w = courses.map(|course| course.pole.omega());
+        match courses[0].cause {
+            Cause::Amplitude(Law::CubicAndDrag) => self.advanced(courses, |lane, q, v, _| {
+                law_at(Law::CubicAndDrag, q / reference, v / (w[lane] * reference))
+            }),
+            Cause::Amplitude(law) => {
+                self.advanced(courses, |lane, q, v, _| law_at(law, q / reference, v / (w[lane] * reference)))
+            }
+            Cause::Time(_) => self.advanced(courses, |lane, _, _, time_s| match courses[lane].cause {
+                Cause::Time(moment) => [moment.felt(self.clock.share(time_s)); 2],
+                Cause::Amplitude(_) => [0.0; 2],
             }),
         }
     }
 
-    /// The motion with what stiffness and damping feel of coordinate, speed and time (s).
-    fn advanced(&self, course: Course, felt: impl Fn(f64, f64, f64) -> [f64; 2]) -> Vec<State> {
-        let Course { pole, stiffness, damping, .. } = course;
-        let w = pole.omega();
-        let (square, friction) = (w * w, 2.0 * pole.damping_ratio * w);
-        let acceleration = |q: f64, v: f64, time_s: f64, force: f64| {
-            let [spring, drag] = felt(q, v, time_s);
-            let stiffer = (1.0 + stiffness * spring).max(LEAST);
-            let damped = (1.0 + damping * drag).max(LEAST);
-            force - friction * damped * v - square * stiffer * q
+    /// The motions with what stiffness and damping feel of coordinate, speed and time (s).
+    fn advanced<const L: usize>(
+        &self,
+        courses: [Course; L],
+        felt: impl Fn(usize, f64, f64, f64) -> [f64; 2],
+    ) -> [Vec<State>; L] {
+        let w = courses.map(|course| course.pole.omega());
+        let friction = courses.map(|course| 2.0 * course.pole.damping_ratio * course.pole.omega());
+        let acceleration = |lane: usize, q: f64, v: f64, time_s: f64, force: f64| {
+            let [spring, drag] = felt(lane, q, v, time_s);
+            let stiffer = (1.0 + courses[lane].stiffness * spring).max(LEAST);
+            let damped = (1.0 + courses[lane].damping * drag).max(LEAST);
+            force - friction[lane] * damped * v - w[lane] * w[lane] * stiffer * q
         };
-        let (mut q, mut v) = (0.0_f64, 0.0_f64);
-        let mut states = Vec::with_capacity(self.done.len());
+        let of = |place: [&[f64; L]; 2], time_s: f64, force: f64| -> [f64; L] {
+            std::array::from_fn(|lane| acceleration(lane, place[0][lane], place[1][lane], time_s, force))
+        };
+        let moved = |from: &[f64; L], by: &[f64; L], h: f64| -> [f64; L] {
+            std::array::from_fn(|lane| from[lane] + h * by[lane])
+        };
+        let (mut q, mut v) = ([0.0_f64; L], [0.0_f64; L]);
+        let mut states: [Vec<State>; L] = std::array::from_fn(|_| Vec::with_capacity(self.done.len()));
         let mut from = 0;
         for &done in &self.done {
             for &(h, t, [begin, middle, end]) in &self.steps[from..done] {
                 let half = t + 0.5 * h;
-                let a = acceleration(q, v, t, begin);
-                let (v2, a2) =
-                    (v + 0.5 * h * a, acceleration(q + 0.5 * h * v, v + 0.5 * h * a, half, middle));
-                let (v3, a3) =
-                    (v + 0.5 * h * a2, acceleration(q + 0.5 * h * v2, v + 0.5 * h * a2, half, middle));
-                let (v4, a4) = (v + h * a3, acceleration(q + h * v3, v + h * a3, t + h, end));
-                q += h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-                v += h / 6.0 * (a + 2.0 * a2 + 2.0 * a3 + a4);
+                let a = of([&q, &v], t, begin);
+                let (q2, v2) = (moved(&q, &v, 0.5 * h), moved(&v, &a, 0.5 * h));
+                let a2 = of([&q2, &v2], half, middle);
+                let (q3, v3) = (moved(&q, &v2, 0.5 * h), moved(&v, &a2, 0.5 * h));
+                let a3 = of([&q3, &v3], half, middle);
+                let (q4, v4) = (moved(&q, &v3, h), moved(&v, &a3, h));
+                let a4 = of([&q4, &v4], t + h, end);
+                for lane in 0..L {
+                    q[lane] += h / 6.0 * (v[lane] + 2.0 * v2[lane] + 2.0 * v3[lane] + v4[lane]);
+                    v[lane] += h / 6.0 * (a[lane] + 2.0 * a2[lane] + 2.0 * a3[lane] + a4[lane]);
+                }
             }
             from = done;
             let (time_s, force) = match (self.steps.get(done), self.steps.last()) {
@@ -129,7 +168,10 @@ impl Drive {
                 (None, Some((h, t, force))) => (t + h, force[2]),
                 (None, None) => (0.0, 0.0),
             };
-            states.push([q, v, acceleration(q, v, time_s, force)]);
+            let a = of([&q, &v], time_s, force);
+            for (lane, states) in states.iter_mut().enumerate() {
+                states.push([q[lane], v[lane], a[lane]]);
+            }
         }
         states
     }

@@ -162,6 +162,36 @@ pub(crate) fn forced_response(pole: Pole, input: &PiecewiseCubic, path: Path, ti
     response
 }
 
+/// What rings in the response of a mode to an input at even instants, `step_s` apart, from nothing: the
+/// response without what follows the input at once. Between its samples the input is a cubic through four.
+pub(crate) fn ringing_on_grid(pole: Pole, path: Path, input: &[f64], step_s: f64) -> Vec<f64> {
+    let transfer = Transfer::new(pole, path);
+    let mut steps = StepCache::new(transfer.lambda);
+    let step = *steps.get(step_s);
+    let (h, still) = (step_s, Complex64::new(0.0, 0.0));
+    // Lagrange's polynomials on -h, 0, h and 2 h.
+    let [cube, square] = [h.powi(3), h * h];
+    let shares = [
+        [0.0, -1.0 / (3.0 * h), 0.5 / square, -1.0 / (6.0 * cube)],
+        [1.0, -0.5 / h, -1.0 / square, 0.5 / cube],
+        [0.0, 1.0 / h, 0.5 / square, -0.5 / cube],
+        [0.0, -1.0 / (6.0 * h), 0.0, 1.0 / (6.0 * cube)],
+    ]
+    .map(|c| step.advance(still, &c));
+    let last = input.len().saturating_sub(1);
+    let mut state = still;
+    (0..input.len())
+        .map(|k| {
+            let here = 2.0 * (transfer.residue * state).re;
+            let around =
+                [input[k.saturating_sub(1)], input[k], input[(k + 1).min(last)], input[(k + 2).min(last)]];
+            state *= step.decay;
+            shares.iter().zip(around).for_each(|(share, u)| state += share * u);
+            here
+        })
+        .collect()
+}
+
 /// The two free responses exp(-zeta omega t) times cosine and sine of omega_d t, t counted from `origin_s`.
 pub(crate) fn free_response(pole: Pole, origin_s: f64, times_s: &[f64]) -> [Vec<f64>; 2] {
     let mut steps = StepCache::new(pole.lambda());

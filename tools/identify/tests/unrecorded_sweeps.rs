@@ -221,3 +221,64 @@ fn a_record_that_answers_another_sweep_is_refused() {
     let refusal = identified(&Recording::new("noise", time_s).with_column("accel_x_m_s2", noise), "5,95,10s");
     assert!(matches!(refusal, Err(IdentifyError::SweepNotFound { .. })));
 }
+
+/// A sweep that keeps a force, a speed or a travel the same, and two modes that answer it as accelerations.
+fn two_modes(seed: u64) -> (String, Recording, [[f64; 2]; 2]) {
+    let mut chance = Noise(seed.wrapping_mul(7919) + 5);
+    let mut between = |low: f64, high: f64| low + (high - low) * chance.even();
+    let (from_hz, to_hz, sweep_s) = (between(4.0, 7.0), between(50.0, 60.0), between(18.0, 22.0));
+    let (start_s, law, exponential) = (between(0.5, 2.0), (seed % 3) as i32, seed % 2 == 1);
+    let first = [between(12.0, 18.0), 10.0_f64.powf(between(-2.1, -1.4))];
+    let second = [first[0] * between(1.6, 2.3), 10.0_f64.powf(between(-2.1, -1.4))];
+    let shares = [1.0, between(0.4, 1.2) * if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 }];
+    const FINE: usize = 10;
+    let (rate_hz, h) = (400.0, 1.0 / (400.0 * FINE as f64));
+    let samples = ((sweep_s + start_s + 2.0) * rate_hz) as usize;
+    let mut states = [[0.0_f64; 2]; 2];
+    let mut clean = Vec::with_capacity(samples);
+    for k in 0..samples * FINE {
+        let since_s = k as f64 * h - start_s;
+        let (hz, periods) = if exponential {
+            let k = (to_hz / from_hz).ln() / sweep_s;
+            (from_hz * (k * since_s).exp(), from_hz * (k * since_s).exp_m1() / k)
+        } else {
+            let k = (to_hz - from_hz) / sweep_s;
+            (from_hz + k * since_s, from_hz * since_s + 0.5 * k * since_s * since_s)
+        };
+        let goes_on = (0.0..=sweep_s).contains(&since_s);
+        let force = if goes_on { (hz / 30.0).powi(law) * (TAU * periods).sin() } else { 0.0 };
+        let mut sum = 0.0;
+        for ((state, [hz, zeta]), share) in states.iter_mut().zip([first, second]).zip(shares) {
+            let w = TAU * hz;
+            let acceleration = force - 2.0 * zeta * w * state[1] - w * w * state[0];
+            sum += share * acceleration;
+            state[1] += h * acceleration;
+            state[0] += h * state[1];
+        }
+        if k % FINE == 0 {
+            clean.push(sum);
+        }
+    }
+    let rms = (clean.iter().map(|y| y * y).sum::<f64>() / clean.len() as f64).sqrt();
+    let output = clean.iter().map(|y| y + 0.01 * rms * chance.normal()).collect();
+    let time_s = (0..samples).map(|k| k as f64 / rate_hz).collect();
+    let plan = format!("{from_hz},{to_hz},{sweep_s}s{}", if exponential { ",exponential" } else { "" });
+    (plan, Recording::new("two modes", time_s).with_column("accel_x_m_s2", output), [first, second])
+}
+
+#[test]
+fn two_modes_come_from_a_sweep_that_only_its_plan_tells_whatever_it_keeps_the_same() {
+    for seed in [0, 3, 4] {
+        let (plan, recording, truth) = two_modes(seed);
+        let (shape, found) = identified(&recording, &plan).unwrap();
+        let wanted = [SweepShape::Force, SweepShape::Velocity, SweepShape::Position][(seed % 3) as usize];
+        assert_eq!(shape, wanted, "{seed}");
+        let modes: Vec<[f64; 2]> =
+            found.modes.iter().map(|mode| [mode.frequency_hz.value, mode.damping_ratio.value]).collect();
+        assert_eq!(modes.len(), 2, "{seed}: {modes:?} for {truth:?}");
+        for (mode, truth) in modes.iter().zip(truth) {
+            assert!((mode[0] / truth[0] - 1.0).abs() < 0.003, "{seed}: {modes:?} for {truth:?}");
+            assert!((mode[1] / truth[1] - 1.0).abs() < 0.08, "{seed}: {modes:?} for {truth:?}");
+        }
+    }
+}

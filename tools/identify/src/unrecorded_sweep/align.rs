@@ -54,6 +54,10 @@ impl Evened {
         Self { first_s, interval_s: stride as f64 * interval_s, samples }
     }
 
+    pub(super) fn time_s(&self, row: usize) -> f64 {
+        self.first_s + row as f64 * self.interval_s
+    }
+
     pub(super) fn duration_s(&self) -> f64 {
         self.samples.len() as f64 * self.interval_s
     }

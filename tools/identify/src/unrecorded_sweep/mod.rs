@@ -1,7 +1,7 @@
 //! The input of a sweep that nobody recorded: its shape, start and rate are found in the response.
 //!
 //! The plan says from where to where and how fast. Pulse compression finds the start to a period or so
-//! ([`align`]); a fit of one mode with the start and the rate as parameters finds them to a fraction of a
+//! ([`align`]); a fit of modes with the start and the rate as parameters finds them to a fraction of a
 //! period ([`fit`]), for each of the shapes that exciters and controllers make ([`SweepShape`]), and the
 //! shape that explains most is taken. What comes out is a recording with one more column, an input like any
 //! other.
@@ -21,7 +21,7 @@ use crate::error::IdentifyError;
 use crate::forced_record::{quantity_of, readings, refuse_constant};
 use crate::modal_response::OutputQuantity;
 use align::{Evened, align};
-use fit::{Fitted, fitted};
+use fit::{Fitted, fitted, with_more_modes};
 use signal::SweepSignal;
 
 /// Name of the column that is added.
@@ -46,6 +46,8 @@ pub struct FoundSweep {
 
 /// Correlation below which the record is no answer to the sweep: noise and other sweeps stay below 0.15.
 const COHERENT: f64 = 0.3;
+/// How many times as much as the best one a shape may leave with one mode to be tried with more.
+const RIVALS: f64 = 4.0;
 /// Highest harmonic of pulses, as a share of the sampling rate: a spline follows them.
 const HIGHEST: f64 = 0.2;
 
@@ -66,7 +68,7 @@ pub fn find_sweep(
     let highest_hz = plan.from_hz.max(plan.to_hz);
     let record = Evened::new(column.time_s[0], uniform.interval_s, uniform.samples(), highest_hz);
     let mut most = 0.0_f64;
-    let mut best: Option<(Fitted, f64)> = None;
+    let mut found: Vec<(Fitted, f64)> = Vec::new();
     let closest =
         |shape| align(&record, plan, shape).into_iter().max_by(|a, b| a.coherent.total_cmp(&b.coherent));
     // Sweeps without steps of frequency are in step together, whatever they keep the same.
@@ -78,13 +80,13 @@ pub fn find_sweep(
         if aligned.coherent < COHERENT {
             continue;
         }
-        if let Some(found) = fitted(&record, plan, shape, quantity, aligned)
-            && best.as_ref().is_none_or(|(known, _)| found.left < known.left)
-        {
-            best = Some((found, aligned.coherent));
-        }
+        found
+            .extend(fitted(&record, plan, shape, quantity, aligned).map(|fitted| (fitted, aligned.coherent)));
     }
-    let Some((found, coherent)) = best else {
+    let least = found.iter().map(|(fitted, _)| fitted.left).fold(f64::INFINITY, f64::min);
+    let rivals = found.into_iter().filter(|(fitted, _)| fitted.left <= RIVALS * least);
+    let more = rivals.map(|(fitted, coherent)| (with_more_modes(&record, plan, quantity, fitted), coherent));
+    let Some((found, coherent)) = more.min_by(|a, b| a.0.worth().total_cmp(&b.0.worth())) else {
         return Err(IdentifyError::SweepNotFound {
             recording: recording.name.clone(),
             column: output.to_owned(),

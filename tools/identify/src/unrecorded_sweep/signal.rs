@@ -119,18 +119,25 @@ impl SweepSignal {
             SweepShape::Pulses => self.half(since_s).1[1],
             _ => self.frequency_hz(since_s),
         };
-        let turn = TAU * self.periods(since_s).rem_euclid(1.0);
+        let periods = self.periods(since_s);
+        let turn = TAU * (periods - periods.floor());
         let size = hz / (self.plan.from_hz * self.plan.to_hz).sqrt();
         match self.shape {
             SweepShape::Force => turn.sin(),
             SweepShape::Velocity => size * turn.cos(),
             SweepShape::Position => size * size * turn.sin(),
             SweepShape::Pulses | SweepShape::GlidingPulses => {
-                let harmonics =
-                    (1..).step_by(2).map(f64::from).take_while(|n| *n == 1.0 || n * hz < below_hz);
-                // A square wave that is 1 around every whole period.
-                let wave = harmonics.map(|n| (n * turn).cos() / n * if n % 4.0 == 1.0 { 1.0 } else { -1.0 });
-                size * 4.0 / PI * wave.sum::<f64>()
+                // A square wave that is 1 around every whole period; each cosine follows from the two before.
+                let double = 2.0 * (2.0 * turn).cos();
+                let (mut before, mut here) = (turn.cos(), turn.cos());
+                let (mut wave, mut n, mut sign) = (here, 1.0, 1.0);
+                while (n + 2.0) * hz < below_hz {
+                    (before, here) = (here, double * here - before);
+                    n += 2.0;
+                    sign = -sign;
+                    wave += sign * here / n;
+                }
+                size * 4.0 / PI * wave
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Columns that hold the size of a signal without its sign: an absolute value, the length of a vector.
 //!
 //! Where the signal passes zero its size turns back sharply. It repeats twice a period, and its edges are
-//! harmonics of that: none of its lines is a mode. A signal that is at rest somewhere above zero does not come
-//! down to it, and one that just touches it (1 - cos) is as round there as at its tops.
+//! harmonics of that: none of its lines is a mode. A signal that is at rest somewhere above zero does not
+//! come down to it, and one that just touches it (1 - cos) is as round there as at its tops.
 
 use stillbeam_recording::Recording;
 

@@ -266,8 +266,8 @@ fn with_one_more(
     let mut poles = best.poles.clone();
     poles.push(fresh);
     let more = model(record, plan, kind(poles.len()), rows);
-    // One mode cannot tell a later start from a phase. Two can, and the start that the one chose may be off by
-    // a part of a turn between them.
+    // One mode cannot tell a later start from a phase. Two can, and the start that the one chose may be off
+    // by a part of a turn between them.
     let apart_hz = fresh.frequency_hz - peak_hz;
     let sweep = known.sweep_of(&before.parameters);
     let turned = |turn: f64| {

@@ -316,8 +316,8 @@ impl Instant {
 
 /// A force as a function of what moves, possibly with memory.
 pub trait ForceLaw {
-    /// The force at an instant of a step that begins as the law remembers; `None` where that is not all that it
-    /// depends on (dry friction at rest) or it is not smooth on the way there.
+    /// The force at an instant of a step that begins as the law remembers; `None` where that is not all that
+    /// it depends on (dry friction at rest) or it is not smooth on the way there.
     fn at(&self, instant: &Instant) -> Option<f64> {
         let _ = instant;
         None

@@ -4,11 +4,11 @@
 //! recorded input, or controller ─▶ drive laws ─▶ (servo) ─▶ motion laws ─▶ state space + force laws ─▶ sensors
 //! ```
 //!
-//! Between time stamps the plant takes sub-steps of at most [`longest_step_s`]. Over a sub-step the linear part is exact
-//! for straight-line inputs and constant forces; the forces are of second order in the sub-step
-//! ([`crate::catalogue`]). Several forces in one sub-step are found together by sweeps over the laws until none
-//! moves any more. Fits take longer steps of fourth order where all forces are smooth ([`smooth`]). Everything is
-//! deterministic.
+//! Between time stamps the plant takes sub-steps of at most [`longest_step_s`]. Over a sub-step the linear
+//! part is exact for straight-line inputs and constant forces; the forces are of second order in the sub-step
+//! ([`crate::catalogue`]). Several forces in one sub-step are found together by sweeps over the laws until
+//! none moves any more. Fits take longer steps of fourth order where all forces are smooth ([`smooth`]).
+//! Everything is deterministic.
 
 mod assembly;
 mod control;

@@ -1,10 +1,10 @@
 //! Steps as long as the forces along them are smooth.
 //!
-//! Over a step of length h a force is the parabola through its values f₀, fₘ, f₁ at the start, in the middle and
-//! at the end. Of that the mean (f₀ + 4fₘ + f₁)/6 and the rise f₁ − f₀ move the plant; what is left has
-//! neither mean nor rise and moves it by a term in h⁵. Displacement and velocity in the middle are those of the
-//! cubic through both ends. What comes out is of fourth order in h. The motion and the forces that it makes are
-//! found together, by iteration from how the forces were before.
+//! Over a step of length h a force is the parabola through its values f₀, fₘ, f₁ at the start, in the middle
+//! and at the end. Of that the mean (f₀ + 4fₘ + f₁)/6 and the rise f₁ − f₀ move the plant; what is left has
+//! neither mean nor rise and moves it by a term in h⁵. Displacement and velocity in the middle are those of
+//! the cubic through both ends. What comes out is of fourth order in h. The motion and the forces that it
+//! makes are found together, by iteration from how the forces were before.
 
 use super::engine::Element;
 use super::steps::Gains;
@@ -13,8 +13,8 @@ use crate::catalogue::{Instant, Step};
 /// Iterations at most; a smooth step takes three or four.
 const MOST_ITERATIONS: usize = 10;
 
-/// How far the force in the middle of a step may be from the mean of its ends, in shares of the largest force: a
-/// parabola through the three is then right to 1e-4 of that force.
+/// How far the force in the middle of a step may be from the mean of its ends, in shares of the largest
+/// force: a parabola through the three is then right to 1e-4 of that force.
 const BEND: f64 = 0.05;
 
 /// Forces that change by less than this share of the largest have settled.

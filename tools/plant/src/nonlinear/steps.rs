@@ -103,8 +103,8 @@ impl PortStep {
 
 /// All steps of one state space.
 pub(super) struct Steps {
-    /// State, input value, input slope, then one column per port and one per slope of its force, as one system whose
-    /// inputs stand still.
+    /// State, input value, input slope, then one column per port and one per slope of its force, as one
+    /// system whose inputs stand still.
     joined: DMatrix<f64>,
     /// `joined^k / k!`, for short steps of any length.
     powers: Vec<DMatrix<f64>>,

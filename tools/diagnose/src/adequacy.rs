@@ -238,6 +238,44 @@ mod tests {
         assert!(refused <= 2, "{refused} of 120 refused");
     }
 
+    /// A force that was driven harder is noisier, and its machine colours that; the floor was seen over all.
+    #[test]
+    fn more_power_than_the_floor_has_is_noise_where_the_input_was_noisier() {
+        let coloured = |seed: u64, rms: f64| -> Vec<f64> {
+            let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+            let mut last = 0.0;
+            let mut next = || {
+                let innovation: f64 = StandardNormal.sample(&mut random);
+                last = 0.8 * last + 0.6 * rms * innovation;
+                last
+            };
+            (0..6000).map(|_| next()).collect()
+        };
+        let still = vec![0.0; 6000];
+        let holds = |in_floor: f64| {
+            let draw = |seed: u64| ErrorDraw {
+                input: still.clone(),
+                simulated: still.clone(),
+                residual: coloured(seed, 0.9_f64.sqrt()),
+            };
+            let input_error = InputError { draws: (10..18).map(draw).collect(), in_floor };
+            adequacy(&Series {
+                residual: &coloured(3, 1.4_f64.sqrt()),
+                simulated: &still,
+                input: None,
+                rate_hz: 100.0,
+                noise_rms: 1.0,
+                noise_samples: 1e6,
+                slowest_hz: 1.0,
+                resonances: &[],
+                input_error: Some(input_error),
+            })
+            .power_holds(SOUGHT)
+        };
+        assert!(holds(0.5), "a noisier input than on the average");
+        assert!(!holds(0.9), "as noisy as everywhere");
+    }
+
     #[test]
     fn a_floor_that_was_seen_in_few_samples_may_be_too_low() {
         // A little colour, so that more of it is not taken for a louder sensor.

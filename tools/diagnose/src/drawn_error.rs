@@ -98,21 +98,29 @@ impl DrawnError {
         Some(Self { draws: (0..DRAWS).map(draw).collect::<Option<_>>()? })
     }
 
-    /// On one output (its place in the record) of the record that has this number in the stack. A floor from
-    /// standstill was seen without it, and one that is stated is the sensor's own.
+    /// On one output (its place in the record) of the record that has this number in the stack; no floor has
+    /// any of it yet.
     pub(crate) fn on(
         &self,
         (stack, index): (&Stack<'_>, usize),
         fit: &RecordFit,
         place: usize,
-        floor: NoiseSource,
     ) -> Option<InputError> {
         let draws = self.draws.iter().map(|draw| draw.on((stack, index), fit, place));
-        Some(InputError {
-            draws: draws.collect::<Option<_>>()?,
-            is_in_floor: !matches!(floor, NoiseSource::QuietStretches | NoiseSource::Stated),
-        })
+        Some(InputError { draws: draws.collect::<Option<_>>()?, in_floor: 0.0 })
     }
+}
+
+/// Tells the errors of all recordings of an output how much of them its floor has already. One from standstill
+/// was seen without any, and one that is stated is the sensor's own; any other was seen over all recordings,
+/// and has of each what they have on the average. An input that was driven harder may be noisier, too.
+pub(crate) fn tell_floor(errors: &mut [Option<InputError>], floor: NoiseSource) {
+    if matches!(floor, NoiseSource::QuietStretches | NoiseSource::Stated) {
+        return;
+    }
+    let powers = errors.iter().map(|error| error.as_ref().map_or(0.0, InputError::mean_power));
+    let average = powers.sum::<f64>() / errors.len().max(1) as f64;
+    errors.iter_mut().flatten().for_each(|error| error.in_floor = average);
 }
 
 impl Draw {

@@ -10,10 +10,10 @@ use crate::adequacy::{Adequacy, InputError, Resonance, Series, adequacy};
 use crate::between_samples::BetweenSamples;
 use crate::common_motion::own_rms;
 use crate::cost::Work;
-use crate::drawn_error::{DrawnError, drawn_beside_a_fit};
+use crate::drawn_error::{DrawnError, drawn_beside_a_fit, tell_floor};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
-use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
+use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::patience::Patience;
 use crate::record::Record;
@@ -404,12 +404,7 @@ impl Study {
     }
 
     /// What errors of the recorded input are in one part.
-    fn input_error_of(
-        &self,
-        on_all: &OnAll,
-        part: &OutputResidual<'_>,
-        floor: NoiseSource,
-    ) -> Option<InputError> {
+    fn input_error_of(&self, on_all: &OnAll, part: &OutputResidual<'_>) -> Option<InputError> {
         let mut records = self.train.iter().chain(&self.held_out);
         let number = records.position(|record| std::ptr::eq(record, part.record))?;
         let drawn = self.input_errors.get(number)?.as_ref()?;
@@ -417,7 +412,7 @@ impl Study {
             None => (Role::Train, number, &on_all.train),
             Some(index) => (Role::HeldOut, index, &on_all.held_out),
         };
-        drawn.on((&self.stack(role), index), fits.get(index)?, part.output, floor)
+        drawn.on((&self.stack(role), index), fits.get(index)?, part.output)
     }
 
     /// The same recordings with what modes beyond those of a refitted `model` add freed; `None` where nothing
@@ -463,12 +458,14 @@ impl Study {
         let mut tests = Vec::new();
         for (output, floor) in floors.iter().enumerate() {
             let Some(floor) = floor else { continue };
-            for part in self.parts(on_all, output) {
-                // The base of a simulation that follows its setpoint: what is left is rounding, and its noise
-                // nothing.
-                if is_resolved(&part) {
-                    continue;
-                }
+            let mut parts = self.parts(on_all, output);
+            // The base of a simulation that follows its setpoint: what is left is rounding, and its noise
+            // nothing.
+            parts.retain(|part| !is_resolved(part));
+            let mut errors: Vec<Option<InputError>> =
+                parts.iter().map(|part| self.input_error_of(on_all, part)).collect();
+            tell_floor(&mut errors, floor.source);
+            for (part, input_error) in parts.iter().zip(errors) {
                 let signal = &part.record.outputs[part.output];
                 let input = part.record.input.as_ref();
                 let series = Series {
@@ -480,7 +477,7 @@ impl Study {
                     noise_samples: floor.samples,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
                     resonances: &self.resonances,
-                    input_error: self.input_error_of(on_all, &part, floor.source),
+                    input_error,
                 };
                 tests.push((part.record.role, adequacy(&series)));
             }

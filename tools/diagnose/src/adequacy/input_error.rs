@@ -28,8 +28,8 @@ pub(crate) struct ErrorDraw {
 #[derive(Debug, Clone)]
 pub(crate) struct InputError {
     pub(crate) draws: Vec<ErrorDraw>,
-    /// Whether the noise floor has them already.
-    pub(crate) is_in_floor: bool,
+    /// How much of their power the noise floor has already, in the square of the output's unit.
+    pub(crate) in_floor: f64,
 }
 
 /// Mean and standard deviation.
@@ -61,6 +61,16 @@ pub(super) struct Explained {
 }
 
 impl InputError {
+    /// What they have in the residual on the average, in the square of the output's unit.
+    pub(crate) fn mean_power(&self) -> f64 {
+        self.power().mean
+    }
+
+    /// Power that the noise floor lacks for this recording.
+    pub(super) fn beyond_floor(&self) -> f64 {
+        (self.mean_power() - self.in_floor).max(0.0)
+    }
+
     /// Their mean square in the residual.
     pub(super) fn power(&self) -> Spread {
         let mean_square = |draw: &ErrorDraw| {

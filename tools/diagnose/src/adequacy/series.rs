@@ -115,8 +115,7 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
     let power = dot(series.residual, series.residual) / count.max(1) as f64;
     let error = series.input_error.as_ref();
     let by_error = error.map_or_else(Spread::default, InputError::power);
-    let unseen = if error.is_some_and(|error| error.is_in_floor) { 0.0 } else { by_error.mean };
-    let floor = series.noise_rms * series.noise_rms + unseen;
+    let floor = series.noise_rms * series.noise_rms + error.map_or(0.0, InputError::beyond_floor);
     let power_ratio = if floor > 0.0 { power / floor } else { f64::INFINITY };
     // The scatter of a mean square of Gaussian noise, and the floor's own, which has at most this series'
     // certainty: recordings differ.

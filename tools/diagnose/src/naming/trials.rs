@@ -275,10 +275,14 @@ fn trials(
         "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
         // What of the spring's force the sine takes away at the largest angle.
         "pendulum" => amplitude("stiffness", f / (z - z.sin()).abs().max(f64::MIN_POSITIVE)),
-        // Dahl's but for a trace, from which a fit finds how large it has to be.
         "hysteresis" => [0.3, 1.0, 3.0]
             .iter()
-            .map(|share| shaped("stiffness", f / z, &[("beta", share / z), ("gamma", 0.1 * share / z)]))
+            .flat_map(|share| {
+                let dahl = shaped("stiffness", f / z, &[("beta", share / z)]);
+                // Yields as Dahl's, and comes back along a straight line.
+                let half = 0.5 * share / z;
+                [dahl, shaped("stiffness", f / z, &[("beta", half), ("gamma", half)])]
+            })
             .collect(),
         "backlash" => amplitude("gap", 0.02 * z),
         "end_stop" => [0.95, 0.9, 0.8, 0.7, 0.6, 0.5]

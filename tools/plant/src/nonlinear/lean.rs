@@ -133,7 +133,7 @@ struct Lean<const N: usize> {
     courses: [Vec<Course>; 2],
     /// Forces where the first step after a look begins; nothing before it is made.
     felt_first: Vec<f64>,
-    stride: Stride,
+    pieces: Pieces,
 }
 
 /// Maps kept at hand.
@@ -141,21 +141,21 @@ const RECENT: usize = 12;
 
 /// How an interval between samples is gone through.
 #[derive(Clone, Copy, Default)]
-struct Stride {
+struct Pieces {
     interval_s: f64,
-    pieces: usize,
+    count: usize,
     step_s: f64,
     /// How often a piece may be halved.
     halvings: u32,
 }
 
-impl Stride {
+impl Pieces {
     /// In steps of `smooth_s` at most, which are halved down to `short_s` where forces are not smooth.
     fn new(interval_s: f64, (smooth_s, short_s): (f64, f64)) -> Self {
         let pieces = (interval_s / smooth_s * (1.0 - 1e-9)).ceil().max(1.0);
         let step_s = interval_s / pieces;
         let halvings = (step_s / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
-        Self { interval_s, pieces: pieces as usize, step_s, halvings }
+        Self { interval_s, count: pieces as usize, step_s, halvings }
     }
 }
 
@@ -183,7 +183,7 @@ impl<const N: usize> Lean<N> {
             begun: Vec::with_capacity(engine.elements.len()),
             courses: [(); 2].map(|()| vec![Course::default(); engine.elements.len()]),
             felt_first: Vec::with_capacity(engine.elements.len()),
-            stride: Stride::default(),
+            pieces: Pieces::default(),
             engine,
         }
     }
@@ -275,22 +275,32 @@ impl<const N: usize> Lean<N> {
         self.engine.has_moved = true;
     }
 
-    /// From one sample to the next in steps as long as forces are smooth.
+    /// From one sample to the next in steps as long as forces are smooth, after a look at the first, for which
+    /// the input grows at the second of `look`.
     fn glide_on(
         &mut self,
         lengths: (f64, f64),
         start_s: f64,
         interval_s: f64,
-        from: f64,
-        slope: f64,
+        (from, slope): (f64, f64),
+        look: Option<(&mut Run, f64)>,
     ) -> Result<(), PlantError> {
-        if self.stride.interval_s != interval_s {
-            self.stride = Stride::new(interval_s, lengths);
+        let before = (self.feels && look.is_some()).then(|| Before::of(&self.engine));
+        let mut seen = look.map(|(run, slope_there)| {
+            self.look(run, start_s, from, slope_there);
+            run
+        });
+        self.felt_first.clear();
+        if self.pieces.interval_s != interval_s {
+            self.pieces = Pieces::new(interval_s, lengths);
         }
-        let Stride { pieces, step_s, halvings, .. } = self.stride;
-        for piece in 0..pieces {
+        let Pieces { count, step_s, halvings, .. } = self.pieces;
+        for piece in 0..count {
             let past_s = piece as f64 * step_s;
             self.glide(halvings, start_s + past_s, step_s, from + slope * past_s, slope)?;
+        }
+        if let (Some(before), Some(run)) = (before, &mut seen) {
+            self.felt(&before, &self.felt_first, run);
         }
         Ok(())
     }
@@ -453,6 +463,10 @@ fn lean<const N: usize>(
             run.stamps.push(run.time_s.len());
         }
         let start_s = stamps.at(index);
+        // What has run away does not come back, and laws take long to find forces for it.
+        if wanted && ran_away(&lean.state) {
+            return Err(PlantError::RanAway { time_s: start_s });
+        }
         let (Some(interval_s), Some(&[from, to])) = (stamps.interval_s(index), input.get(index..index + 2))
         else {
             let u = input.get(index).copied().unwrap_or(0.0);
@@ -463,19 +477,9 @@ fn lean<const N: usize>(
         let to = if hold == Hold::ZeroOrder { from } else { to };
         if let Some(smooth_s) = smooth_s {
             let slope = (to - from) / interval_s;
-            let before = wanted.then(|| {
-                lean.look(&mut run, start_s, from, 0.5 * (slope_before + slope));
-                lean.felt_first.clear();
-                lean.feels.then(|| Before::of(&lean.engine))
-            });
+            let look = wanted.then_some((&mut run, 0.5 * (slope_before + slope)));
+            lean.glide_on((smooth_s, longest_step_s), start_s, interval_s, (from, slope), look)?;
             slope_before = slope;
-            lean.glide_on((smooth_s, longest_step_s), start_s, interval_s, from, slope)?;
-            if let Some(before) = before.flatten() {
-                lean.felt(&before, &lean.felt_first, &mut run);
-            }
-            if wanted && ran_away(&lean.state) {
-                return Err(PlantError::RanAway { time_s: start_s });
-            }
             continue;
         }
         let pieces = (interval_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
@@ -500,10 +504,6 @@ fn lean<const N: usize>(
             if let Some(before) = before.flatten() {
                 lean.felt(&before, &lean.engine.forces, &mut run);
             }
-        }
-        // What has run away does not come back, and laws take long to find forces for it.
-        if wanted && ran_away(&lean.state) {
-            return Err(PlantError::RanAway { time_s: start_s });
         }
     }
     Ok(run)

@@ -42,6 +42,19 @@ impl Course {
     }
 }
 
+impl Gains {
+    /// Displacement and velocity at the end of a step at one port.
+    #[inline]
+    pub(super) fn end(&self, port: usize, seen: &Step, courses: &[Course]) -> (f64, f64) {
+        let (mut z, mut v) = (seen.z_free, seen.v_free);
+        for (index, course) in courses.iter().enumerate() {
+            z += self.z[port][index] * course.mean + self.z_rise[port][index] * course.rise;
+            v += self.v[port][index] * course.mean + self.v_rise[port][index] * course.rise;
+        }
+        (z, v)
+    }
+}
+
 /// Where a law's place is at the start of a step, and what the drive exerts at both ends.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Begun {

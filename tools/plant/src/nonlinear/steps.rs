@@ -5,9 +5,7 @@ use std::rc::Rc;
 
 use nalgebra::DMatrix;
 
-use super::smooth::Course;
 use crate::blocks::Blocks;
-use crate::catalogue::Step;
 use crate::error::PlantError;
 use crate::linear::dot;
 use crate::state_space::StateSpace;
@@ -43,21 +41,8 @@ pub(super) struct Gains {
     /// The same for velocities.
     pub(super) v: Vec<Vec<f64>>,
     /// As `z`, per rise of a force that grows in a straight line and has no mean.
-    z_rise: Vec<Vec<f64>>,
-    v_rise: Vec<Vec<f64>>,
-}
-
-impl Gains {
-    /// Displacement and velocity at the end of a step at one port.
-    #[inline]
-    pub(super) fn end(&self, port: usize, seen: &Step, courses: &[Course]) -> (f64, f64) {
-        let (mut z, mut v) = (seen.z_free, seen.v_free);
-        for (index, course) in courses.iter().enumerate() {
-            z += self.z[port][index] * course.mean + self.z_rise[port][index] * course.rise;
-            v += self.v[port][index] * course.mean + self.v_rise[port][index] * course.rise;
-        }
-        (z, v)
-    }
+    pub(super) z_rise: Vec<Vec<f64>>,
+    pub(super) v_rise: Vec<Vec<f64>>,
 }
 
 /// A step for forces at the ports that are constant or grow in a straight line.

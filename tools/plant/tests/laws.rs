@@ -126,6 +126,8 @@ fn every_parameter_has_an_effect_and_a_unit() {
                     "velocity" => 0.01,
                     "beta" | "gamma" => 50.0,
                     "stiffness" if id == "cubic_stiffness" => 1e7,
+                    "stiffness" if id == "quadratic_stiffness" && location.starts_with("mode") => 30.0,
+                    "stiffness" if id == "quadratic_stiffness" => 1.0,
                     "stiffness" if id == "pendulum" => -1e4,
                     "drag" => 100.0,
                     "damping" if id == "amplitude_damping" => 1e5,
@@ -177,8 +179,9 @@ fn dissipative_laws_never_add_energy() {
 #[test]
 fn conservative_laws_keep_their_energy_at_any_step() {
     type Potential = fn(f64) -> f64;
-    let cases: [(Physics, Potential); 4] = [
+    let cases: [(Physics, Potential); 5] = [
         (Physics::new("cubic_stiffness", "body").with("stiffness", 4000.0), |z| 1000.0 * z.powi(4)),
+        (Physics::new("quadratic_stiffness", "body").with("stiffness", 100.0), |z| 100.0 / 3.0 * z.powi(3)),
         (Physics::new("end_stop", "body").with("distance", 0.05).with("stiffness", 2e4), |z| {
             1e4 * (z.abs() - 0.05).max(0.0).powi(2)
         }),

@@ -51,6 +51,7 @@ fn laws() -> Vec<Physics> {
     let (k, c) = ((TAU * FREQUENCY_HZ).powi(2), 0.3);
     vec![
         Physics::new("cubic_stiffness", "a").with("stiffness", 0.15 * k / (z * z)),
+        Physics::new("quadratic_stiffness", "a").with("stiffness", 0.15 * k / z),
         Physics::new("amplitude_damping", "a").with("damping", c / (z * z)),
         Physics::new("quadratic_drag", "a").with("drag", c / v),
         Physics::new("viscous_friction", "a").with("damping", c),
@@ -59,6 +60,7 @@ fn laws() -> Vec<Physics> {
         Physics::new("cogging", "a").with("force", 0.2).with("period", 0.8 * z).with("phase", 1.0),
         Physics::new("force_ripple", "drive").with("ripple", 0.2).with("period", z).with("phase", 1.0),
         Physics::new("bilinear_stiffness", "a").with("stiffness", 0.3 * k).with("contact", 0.5 * z),
+        Physics::new("bilinear_damping", "a").with("damping", c),
         Physics::new("end_stop", "a").with("stiffness", 0.5 * k).with("distance", 0.5 * z),
         Physics::new("hysteresis", "a").with("stiffness", 0.4 * k).with("beta", 1.0 / z),
         Physics::new("coulomb_friction", "a").with("force", 0.3),
@@ -120,8 +122,14 @@ fn long_steps_follow_every_force_as_very_short_ones_do() {
 #[test]
 fn long_steps_along_smooth_forces_make_a_fraction_of_the_error_of_short_ones() {
     let recording = driven(12.0);
-    let smooth =
-        ["cubic_stiffness", "amplitude_damping", "viscous_friction", "cable_spring", "parameter_drift"];
+    let smooth = [
+        "cubic_stiffness",
+        "quadratic_stiffness",
+        "amplitude_damping",
+        "viscous_friction",
+        "cable_spring",
+        "parameter_drift",
+    ];
     for law in laws().into_iter().filter(|law| smooth.contains(&law.id.as_str())) {
         let id = law.id.clone();
         let mut model = machine(1, "position");

@@ -70,12 +70,16 @@ impl Dry {
 pub enum Smooth {
     /// `-c v`.
     Viscous(f64),
+    /// `-c v` while `v` is above zero.
+    Absorber(f64),
     /// `-c v |v|`.
     Drag(f64),
     /// `-c z² v`.
     AmplitudeDamping(f64),
     /// `-k z³`.
     Cubic(f64),
+    /// `-k z²`.
+    Quadratic(f64),
     /// `-k (z − rest)`.
     Spring(f64, f64),
     /// `-A sin(2π z/P + phase)`.
@@ -118,9 +122,11 @@ impl Smooth {
     pub fn force(&self, time_s: f64, z: f64, v: f64, u: f64) -> f64 {
         match *self {
             Self::Viscous(c) => -c * v,
+            Self::Absorber(c) => -c * v.max(0.0),
             Self::Drag(c) => -c * v * v.abs(),
             Self::AmplitudeDamping(c) => -c * z * z * v,
             Self::Cubic(k) => -k * z * z * z,
+            Self::Quadratic(k) => -k * z * z,
             Self::Spring(k, rest) => -k * (z - rest),
             Self::Cogging(size, period, phase) => -size * (TAU * z / period + phase).sin(),
             Self::OneSided(k, contact) => -k * (z - contact).max(0.0),
@@ -263,9 +269,11 @@ pub fn action(law: &Physics, spring: f64) -> Option<Action> {
             p("viscous_forward"),
         ])),
         (_, "viscous_friction") => Action::Smooth(Smooth::Viscous(p("damping"))),
+        (_, "bilinear_damping") => Action::Smooth(Smooth::Absorber(p("damping"))),
         (_, "quadratic_drag") => Action::Smooth(Smooth::Drag(p("drag"))),
         (_, "amplitude_damping") => Action::Smooth(Smooth::AmplitudeDamping(p("damping"))),
         (_, "cubic_stiffness") => Action::Smooth(Smooth::Cubic(p("stiffness"))),
+        (_, "quadratic_stiffness") => Action::Smooth(Smooth::Quadratic(p("stiffness"))),
         (_, "cable_spring") => Action::Smooth(Smooth::Spring(p("stiffness"), p("rest_position"))),
         (_, "cogging") => Action::Smooth(Smooth::Cogging(p("force"), p("period"), p("phase"))),
         (_, "bilinear_stiffness") => Action::Smooth(Smooth::OneSided(p("stiffness"), p("contact"))),

@@ -11,6 +11,7 @@ use stillbeam_plant::Physics;
 use stillbeam_plant::catalogue::{Law, candidates};
 
 use super::scales::{Scale, Scales};
+use crate::parameters::free_parameters;
 use crate::reading_step::ReadingStep;
 use crate::record::Record;
 use crate::simulation::Hypothesis;
@@ -157,6 +158,7 @@ pub(crate) fn all_candidates(
     without: &[String],
 ) -> Vec<Candidate> {
     let locations = hypothesis.model.locations();
+    let free = free_parameters(hypothesis);
     let columns = hypothesis.model.output_columns();
     let recorded: Vec<usize> = (0..columns.len())
         .filter(|index| records.iter().any(|record| record.outputs.iter().any(|o| o.index == *index)))
@@ -176,6 +178,10 @@ pub(crate) fn all_candidates(
         // Linear laws of the structure as a whole are the same wherever on the beam they are said to sit.
         let whole = ["extra_mode", "tip_mass", "clamp_compliance"].contains(&candidate.law.id());
         if whole && location == "tip" && locations.iter().any(|other| other == "beam") {
+            continue;
+        }
+        let own = candidate.law.own_parameter(&hypothesis.model, location);
+        if own.is_some_and(|own| free.iter().any(|free| free.path == own)) {
             continue;
         }
         let Some(scale) = scales.at(hypothesis, location) else { continue };
@@ -264,6 +270,7 @@ fn trials(
                 shapes: vec![("viscous_forward", 0.0), ("viscous_backward", 0.0)],
             },
         ],
+        "bilinear_damping" => amplitude("damping", f / v),
         "quadratic_drag" => amplitude("drag", f / (v * v)),
         "cogging" => waves("force", f),
         "force_ripple" => waves("ripple", 0.01),
@@ -273,6 +280,7 @@ fn trials(
             .map(|(stiffness, rest)| shaped("stiffness", *stiffness, &[("rest_position", *rest)]))
             .collect(),
         "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
+        "quadratic_stiffness" => amplitude("stiffness", f / (z * z)),
         // What of the spring's force the sine takes away at the largest angle.
         "pendulum" => amplitude("stiffness", f / (z - z.sin()).abs().max(f64::MIN_POSITIVE)),
         "hysteresis" => [0.3, 1.0, 3.0]
@@ -399,10 +407,10 @@ fn reading_step(records: &[Record], output: usize) -> Option<ReadingStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stillbeam_plant::Hold;
+    use stillbeam_plant::{Hold, Model};
     use stillbeam_recording::Recording;
 
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
     use crate::{Options, diagnose};
 
     /// Runs whose readings are rounded in the presence of noise, and again when they are written down.
@@ -438,6 +446,51 @@ mod tests {
             let fitted = &found.effects[0].parameters[name];
             assert!((fitted.value / value - 1.0).abs() < 0.05, "{name}: {fitted:?}");
         }
+    }
+
+    /// The laws that are named where one is missing.
+    fn named_where_missing(law: Physics) -> (Vec<String>, String) {
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![law];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-4);
+        let (train, held_out) = (noisy(&[3.0, 9.0]), noisy(&[5.0]));
+        let drawn = machine().with_hold(Hold::FirstOrder);
+        let found = diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        (found.effects.iter().map(|effect| effect.id.clone()).collect(), found.sentence)
+    }
+
+    #[test]
+    fn a_shock_absorber_is_known_by_damping_that_differs_with_the_direction() {
+        for damping in [3.0, -2.0] {
+            let (named, sentence) =
+                named_where_missing(Physics::new("bilinear_damping", "mass").with("damping", damping));
+            assert_eq!(named, ["bilinear_damping"], "{damping}: {sentence}");
+        }
+    }
+
+    #[test]
+    fn a_spring_that_is_harder_to_one_side_is_known() {
+        for stiffness in [500.0, -500.0] {
+            let (named, sentence) =
+                named_where_missing(Physics::new("quadratic_stiffness", "mass").with("stiffness", stiffness));
+            assert_eq!(named, ["quadratic_stiffness"], "{stiffness}: {sentence}");
+        }
+    }
+
+    #[test]
+    fn no_law_is_tried_for_what_a_free_parameter_of_the_model_does() {
+        let recorded = (noisy_runs(&machine(), &[1.0], 1e-5), noisy_runs(&machine(), &[2.0], 1e-5));
+        let viscous_is_tried = |given: &Model| {
+            searched_around(given, &recorded.0, &recorded.1, |search, _| {
+                search.candidates.iter().any(|candidate| candidate.law.id() == "viscous_friction")
+            })
+        };
+        assert!(!viscous_is_tried(&machine()), "its damper is free");
+        let mut known = machine();
+        if let Model::Lumped(lumped) = &mut known {
+            lumped.fixed.insert("damper.mass-ground.damping".to_owned(), true);
+        }
+        assert!(viscous_is_tried(&known));
     }
 
     #[test]

@@ -176,6 +176,13 @@ pub trait Law: Sync {
         None
     }
 
+    /// Path of the parameter of the model itself that does the same at this place, as a damper does viscous
+    /// friction's work: a diagnosis moves that.
+    fn own_parameter(&self, model: &Model, location: &str) -> Option<String> {
+        let _ = (model, location);
+        None
+    }
+
     /// Checks parameters against each other.
     ///
     /// # Errors

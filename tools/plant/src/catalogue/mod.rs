@@ -29,6 +29,7 @@
 mod amplitude_damping;
 mod asymmetric_friction;
 mod backlash;
+mod bilinear_damping;
 mod bilinear_stiffness;
 mod cable_spring;
 mod clamp_compliance;
@@ -55,6 +56,7 @@ mod pendulum;
 mod periodic_disturbance;
 mod piecewise;
 mod quadratic_drag;
+mod quadratic_stiffness;
 mod quantisation;
 mod rectification;
 mod registry;
@@ -85,12 +87,14 @@ pub fn laws() -> &'static [&'static dyn Law] {
         &cogging::Cogging,
         &cable_spring::CableSpring,
         &cubic_stiffness::CubicStiffness,
+        &quadratic_stiffness::QuadraticStiffness,
         &pendulum::Pendulum,
         &hysteresis::Hysteresis,
         &backlash::Backlash,
         &end_stop::EndStop,
         &constant_force::ConstantForce,
         &bilinear_stiffness::BilinearStiffness,
+        &bilinear_damping::BilinearDamping,
         &amplitude_damping::AmplitudeDamping,
         &extra_mode::ExtraMode,
         &tip_mass::TipMass,

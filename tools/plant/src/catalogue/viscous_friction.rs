@@ -1,6 +1,7 @@
 //! Viscous friction.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use crate::model::{GROUND, Model};
 
 /// `viscous_friction`.
 pub struct ViscousFriction;
@@ -26,6 +27,18 @@ impl Law for ViscousFriction {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn own_parameter(&self, model: &Model, location: &str) -> Option<String> {
+        match model {
+            Model::Lumped(lumped) => {
+                let (first, second) = location.split_once('-').unwrap_or((location, GROUND));
+                lumped.damper_between(first, second)
+            }
+            Model::BeamOnBase(_) if location == "base" => Some("base.viscous_N_s_m".to_owned()),
+            Model::BeamOnBase(_) => None,
+            Model::Modal(_) => Some(format!("mode.{}.damping_ratio", location.strip_prefix("mode ")?)),
+        }
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -31,6 +31,14 @@ pub struct Connection {
     pub constant: f64,
 }
 
+impl Connection {
+    /// Whether it joins these two, in either order.
+    fn joins(&self, first: &str, second: &str) -> bool {
+        let [a, b] = &self.between;
+        (a == first && b == second) || (a == second && b == first)
+    }
+}
+
 /// What drives a lumped model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LumpedInput {
@@ -79,7 +87,7 @@ impl LumpedModel {
     pub fn parameter_paths(&self) -> Vec<String> {
         let bodies = self.bodies.iter().map(|body| format!("body.{}.mass", body.name));
         let springs = self.springs.iter().map(|spring| format!("spring.{}.stiffness", pair(spring)));
-        let dampers = self.dampers.iter().map(|damper| format!("damper.{}.damping", pair(damper)));
+        let dampers = self.dampers.iter().map(damping_path);
         let mut paths: Vec<String> = bodies.chain(springs).chain(dampers).collect();
         if self.input.as_ref().is_some_and(|input| !input.moves_body) {
             paths.push("input.gain".to_owned());
@@ -107,11 +115,13 @@ impl LumpedModel {
 
     /// Stiffness of the spring between two bodies, or a body and [`GROUND`]; 0 if there is none.
     pub fn stiffness_between(&self, first: &str, second: &str) -> f64 {
-        let joins = |spring: &&Connection| {
-            let [a, b] = &spring.between;
-            (a == first && b == second) || (a == second && b == first)
-        };
-        self.springs.iter().filter(joins).map(|spring| spring.constant).sum()
+        self.springs.iter().filter(|spring| spring.joins(first, second)).map(|spring| spring.constant).sum()
+    }
+
+    /// Path of the damping of the damper between two bodies, or a body and [`GROUND`], if there is one.
+    pub fn damper_between(&self, first: &str, second: &str) -> Option<String> {
+        let damper = self.dampers.iter().find(|damper| damper.joins(first, second))?;
+        Some(damping_path(damper))
     }
 
     /// Checks every parameter.
@@ -198,6 +208,11 @@ fn unknown_body(key: &str, found: &str, bodies: &[Body], ground: bool) -> Invali
     let ground = ground.then(|| GROUND.to_owned());
     let allowed = bodies.iter().map(|body| body.name.clone()).chain(ground).collect();
     InvalidParameter::new(key, Problem::UnknownBody { found: found.to_owned(), allowed })
+}
+
+/// Path of a damper's damping.
+fn damping_path(damper: &Connection) -> String {
+    format!("damper.{}.damping", pair(damper))
 }
 
 /// `slider-ground`: how a path names a connection.

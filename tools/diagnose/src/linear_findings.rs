@@ -175,7 +175,7 @@ impl Study {
 
 /// Guesses that were not made, and what is said where they are right; none where the model says what its
 /// input does.
-fn others_between(study: &Study, model: &Model) -> Vec<(BetweenSamples, &'static str)> {
+pub(crate) fn others_between(study: &Study, model: &Model) -> Vec<(BetweenSamples, &'static str)> {
     if BetweenSamples::stated(model).is_some() {
         return Vec::new();
     }

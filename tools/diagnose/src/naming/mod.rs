@@ -7,6 +7,7 @@ mod from_drawing;
 pub(crate) mod gates;
 mod gross_laws;
 mod hidden_laws;
+mod input_between;
 mod judgement;
 mod known_from_below;
 mod lines_over_position;

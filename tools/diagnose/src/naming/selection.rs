@@ -111,7 +111,7 @@ impl Search<'_> {
         let mut left_out = Vec::new();
         let mut reached = HashSet::new();
         if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
-            (chosen, screened_first) = (begun, screened);
+            (chosen, screened_first) = (self.between_samples_again(begun), screened);
         }
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
@@ -143,6 +143,7 @@ impl Search<'_> {
             }
             chosen = self.weighed_again(best.member);
             chosen = self.in_the_deepest_valleys(self.pruned(chosen));
+            chosen = self.between_samples_again(chosen);
             // Two laws may each make the other look superfluous, and the third that is missing makes both
             // come back: in circles.
             if !reached.insert(as_set(&chosen.laws)) {

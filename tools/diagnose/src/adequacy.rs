@@ -12,6 +12,7 @@
 //! beyond chance and has next to no power: of enough samples every model is wrong.
 
 mod coherence;
+pub(crate) mod hidden;
 mod input_error;
 mod regression;
 mod series;
@@ -86,6 +87,8 @@ pub(crate) struct Adequacy {
     pub(crate) line: Option<Line>,
     /// Chance of as much correlation with itself.
     pub(crate) whiteness_p: f64,
+    /// Power of a floor that is a bound only, over that of the noise that the residual shows by itself.
+    pub(crate) bound_ratio: f64,
 }
 
 impl Adequacy {
@@ -221,6 +224,7 @@ mod tests {
             rate_hz: 100.0,
             noise_rms,
             noise_samples,
+            noise_is_bound: false,
             slowest_hz: 1.0,
             resonances: &[],
             input_error: None,
@@ -266,6 +270,7 @@ mod tests {
                 rate_hz: 100.0,
                 noise_rms: 1.0,
                 noise_samples: 1e6,
+                noise_is_bound: false,
                 slowest_hz: 1.0,
                 resonances: &[],
                 input_error: Some(input_error),

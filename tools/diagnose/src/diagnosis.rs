@@ -7,6 +7,7 @@ use std::time::Instant;
 use stillbeam_plant::{Hold, Model};
 use stillbeam_recording::{Recording, Role};
 
+use crate::adequacy::hidden::may_hide_a_force;
 use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_adequate, is_loud};
 use crate::comparison::{Compared, adequate_on_everything, compare, settle};
 use crate::cost::Meter;
@@ -155,6 +156,9 @@ fn refitted(
             linear = Some((std::mem::replace(&mut study, wider), std::mem::replace(&mut compared, freed)));
             nothing_left = true;
         }
+    }
+    if nothing_left && !is_exact && linear.is_none() && may_hide_a_force(&tests) {
+        nothing_left = false;
     }
     Ok(Refitted { study, compared, is_exact, nothing_left, asked_all, saw_all, linear })
 }

@@ -13,7 +13,7 @@ use crate::cost::Work;
 use crate::drawn_error::{DrawnError, drawn_beside_a_fit, tell_floor};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
-use crate::noise::{NoiseFloor, OutputResidual, noise_floor};
+use crate::noise::{NoiseFloor, NoiseSource, OutputResidual, noise_floor};
 use crate::outliers::{lone_outliers, set_aside};
 use crate::patience::Patience;
 use crate::record::Record;
@@ -475,6 +475,7 @@ impl Study {
                     rate_hz: part.record.rate_hz(part.output),
                     noise_rms: floor.rms,
                     noise_samples: floor.samples,
+                    noise_is_bound: floor.source == NoiseSource::QuietQuarter,
                     slowest_hz: self.slowest_hz.unwrap_or(0.0),
                     resonances: &self.resonances,
                     input_error,

@@ -27,6 +27,8 @@ pub(crate) struct Series<'s> {
     pub(crate) noise_rms: f64,
     /// The number of samples that the floor was seen in.
     pub(crate) noise_samples: f64,
+    /// Whether the floor was read off what a model leaves all the time, and is a bound only.
+    pub(crate) noise_is_bound: bool,
     /// Lowest frequency of the model, hertz.
     pub(crate) slowest_hz: f64,
     /// Where the model is lightly damped.
@@ -133,6 +135,7 @@ pub(crate) fn adequacy(series: &Series<'_>) -> Adequacy {
         cross_correlation: tests.cross_correlation,
         line: tests.line.filter(|line| !series.may_ring_of_itself(line, noise_power)),
         whiteness_p: whiteness(series.residual),
+        bound_ratio: if series.noise_is_bound { floor / noise_power } else { 1.0 },
     }
 }
 
@@ -271,6 +274,7 @@ mod tests {
                 rate_hz: 100.0,
                 noise_rms: 1.0,
                 noise_samples: 3000.0,
+                noise_is_bound: false,
                 slowest_hz: 5.0,
                 resonances: &[Resonance { frequency_hz: 5.0, width_hz }],
                 input_error: None,

@@ -4,8 +4,10 @@ use rustfft::num_complex::Complex64;
 
 use crate::column::Column;
 use crate::decay_modes::Part;
+use crate::drift::chebyshev;
 use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::WholeSpectrum;
+use crate::ringing::DecayRecord;
 
 use crate::forced_model::{pole, pole_parameters};
 use crate::separable::{Separable, fit};
@@ -13,11 +15,29 @@ use crate::separable::{Separable, fit};
 /// Decay times after which a free response counts as over: exp(-36) is the rounding of a double.
 const DECAYED: f64 = 36.0;
 
-/// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset.
+/// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset, powers
+/// of time.
 pub(crate) struct DecayModel<'r> {
     pub(crate) time_s: &'r [f64],
     pub(crate) output: &'r [f64],
     pub(crate) modes: usize,
+    /// Highest power of time of what the sensor still drifts by.
+    pub(crate) powers: usize,
+}
+
+/// Highest power of time that may be left of a drift, and periods of the slowest mode for each: fewer, and the
+/// two could not be told apart.
+const POWERS: (usize, f64) = (3, 3.0);
+
+impl<'r> DecayModel<'r> {
+    /// The model of a record with modes at these frequencies.
+    pub(crate) fn of(record: &'r DecayRecord, modes: usize, lowest_hz: f64) -> Self {
+        let powers = match record.drifts {
+            true => ((lowest_hz * record.duration_s() / POWERS.1) as usize).min(POWERS.0),
+            false => 0,
+        };
+        Self { time_s: &record.time_s, output: &record.output, modes, powers }
+    }
 }
 
 impl Separable for DecayModel<'_> {
@@ -31,7 +51,7 @@ impl Separable for DecayModel<'_> {
 
     fn block(&self, block: usize, parameters: &[f64]) -> Vec<Column> {
         if block == self.modes {
-            return vec![vec![1.0; self.time_s.len()].into()];
+            return trend(self.time_s, self.powers);
         }
         let pole = pole(parameters, block);
         // Beyond this the response is below the rounding of its beginning.
@@ -64,6 +84,14 @@ impl Separable for DecayModel<'_> {
     }
 }
 
+/// A constant and powers of time.
+fn trend(time_s: &[f64], powers: usize) -> Vec<Column> {
+    let last_s = time_s.last().copied().unwrap_or(0.0).max(f64::MIN_POSITIVE);
+    (0..=powers)
+        .map(|power| time_s.iter().map(|t| chebyshev(power, t / last_s)).collect::<Vec<f64>>().into())
+        .collect()
+}
+
 /// Shares of the spectrum's strongest frequency, and dampings, from which a heavily damped mode is searched.
 const HEAVY_FREQUENCIES: [f64; 3] = [0.7, 1.0, 1.5];
 const HEAVY_DAMPINGS: [f64; 3] = [0.05, 0.15, 0.4];
@@ -71,7 +99,7 @@ const HEAVY_DAMPINGS: [f64; 3] = [0.05, 0.15, 0.4];
 /// The one mode of a decay so heavily damped that its spectrum has no peak to speak of: tried from several
 /// starts, taken when it explains most of the record and far more than noise would let it.
 pub(crate) fn heavily_damped(time_s: &[f64], output: &[f64], whole: &WholeSpectrum) -> Option<Part> {
-    let model = DecayModel { time_s, output, modes: 1 };
+    let model = DecayModel { time_s, output, modes: 1, powers: 0 };
     let strongest_hz = whole.strongest_hz()?;
 
     let starts = HEAVY_FREQUENCIES

@@ -7,7 +7,7 @@ use crate::decay_modes::{Fitted, Part, Uniform, decay_part};
 use crate::forced_model::{MIN_DAMPING, pole};
 use crate::forced_record::left_out;
 use crate::forced_report::{disagreement, fit_warnings};
-use crate::free_decay::FreeDecayOptions;
+use crate::free_decay::{FreeDecayOptions, lowest_hz};
 use crate::levenberg_marquardt::Minimum;
 use crate::linearity::Linearity;
 use crate::modal_response::Pole;
@@ -66,7 +66,7 @@ pub(crate) fn report(
         warnings.extend(checks.iter().flat_map(|check| disagreement(mode, check, record.duration_s())));
         mode.cross_checks.extend(checks);
         let nyquist_hz = 0.5 / uniform.interval_s;
-        warnings.extend(mode.own_warnings(nyquist_hz, image(record, refined, parts.len(), mode, nyquist_hz)));
+        warnings.extend(mode.own_warnings(nyquist_hz, image(record, refined, parts, mode, nyquist_hz)));
     }
     rejected.extend(opinions.rejected(&modes));
     warnings.extend(fit_warnings(minimum));
@@ -76,7 +76,7 @@ pub(crate) fn report(
         time_s: record.time_s.iter().map(|t| t + record.origin_s).collect(),
         fitted: record.output.iter().zip(&minimum.point.residuals).map(|(y, r)| y - r).collect(),
     };
-    let model = DecayModel { time_s: &record.time_s, output: &record.output, modes: parts.len() };
+    let model = DecayModel::of(record, parts.len(), lowest_hz(parts));
     warnings.extend(time_shift_warnings(&fitted, &minimum.point.residuals, &span(&model, minimum)));
 
     let n = record.time_s.len();
@@ -134,17 +134,17 @@ pub(crate) fn report(
 fn image(
     record: &DecayRecord,
     refined: &Refined,
-    modes: usize,
+    parts: &[Part],
     mode: &IdentifiedMode,
     nyquist_hz: f64,
 ) -> Image {
     if !are_uneven(&record.time_s) {
         return Image::Unknown;
     }
-    let model = DecayModel { time_s: &record.time_s, output: &record.output, modes };
+    let model = DecayModel::of(record, parts.len(), lowest_hz(parts));
     let away =
         |index: &usize| (pole(&refined.parameters, *index).frequency_hz - mode.frequency_hz.value).abs();
-    let index = (0..modes).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0);
+    let index = (0..parts.len()).min_by(|a, b| away(a).total_cmp(&away(b))).unwrap_or(0);
     image_of(&model, &refined.parameters, &refined.residuals, index, nyquist_hz)
 }
 

@@ -8,7 +8,7 @@ use crate::forced_model::pole;
 use crate::forced_record::{MIN_ROWS, readings};
 use crate::free_decay::FreeDecayOptions;
 use crate::result::ModeShape;
-use crate::ringing::{DecayRecord, Ringing};
+use crate::ringing::{DecayRecord, Ringing, take_drift_out};
 use crate::separable::coefficients_at;
 use crate::wild_samples::without_wild;
 
@@ -50,7 +50,8 @@ fn shares_of(
     parameters: &[f64],
 ) -> Result<Vec<f64>, IdentifyError> {
     let all = readings(ringing.recording, column)?;
-    let tame = without_wild(&all.values);
+    let mut tame = without_wild(&all.values);
+    take_drift_out(&all.time_s, &mut tame);
     let since = all.time_s.iter().map(|t| t - record.origin_s);
     let (time_s, output): (Vec<f64>, Vec<f64>) =
         since.zip(tame).filter(|(t, _)| (0.0..=record.duration_s()).contains(t)).unzip();
@@ -64,6 +65,6 @@ fn shares_of(
     if time_s.len() < MIN_ROWS {
         return Err(too_few());
     }
-    let model = DecayModel { time_s: &time_s, output: &output, modes: parameters.len() / 2 };
+    let model = DecayModel { time_s: &time_s, output: &output, modes: parameters.len() / 2, powers: 0 };
     coefficients_at(&model, parameters).ok_or_else(too_few)
 }

@@ -2,6 +2,7 @@
 
 use stillbeam_recording::{Column, Problem, Recording, TIME_COLUMN};
 
+use crate::drift::{drift_of_driven, extent};
 use crate::error::IdentifyError;
 use crate::input_rest::{blows_alone, continued, median, rests_at_ends};
 use crate::interpolation::{InputInterpolation, PiecewiseCubic};
@@ -192,7 +193,7 @@ impl ForcedRecord {
         let last_s = input_time_s[input_time_s.len() - 1] - last_margin_s;
         let left_out = left_out(recording, output_column, [first_s + origin_s, last_s + origin_s]);
         let rows = from_origin(&output.time_s).into_iter().zip(output.values);
-        let (time_s, values): (Vec<f64>, Vec<f64>) =
+        let (time_s, mut values): (Vec<f64>, Vec<f64>) =
             rows.filter(|(t, _)| (first_s..=last_s).contains(t)).unzip();
         if time_s.len() < MIN_ROWS {
             return Err(IdentifyError::TooFewSamples {
@@ -209,6 +210,13 @@ impl ForcedRecord {
         warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
         warnings.extend(output.remarks.into_iter().map(Warning::from));
+        let drive = PiecewiseCubic::new(&input_time_s, &centred, InputInterpolation::Linear);
+        let drive: Vec<f64> = drive.sample(time_s.iter().copied()).into_iter().map(|at| at[0]).collect();
+        if let Some(drift) = drift_of_driven(&time_s, &values, &drive) {
+            values.iter_mut().zip(&drift).for_each(|(y, drift)| *y -= drift);
+            let (column, by) = (output_column.to_owned(), extent(&drift));
+            warnings.push(WarningKind::SensorDrifts { column, by }.into());
+        }
         let (knots_s, centred) = continued(input_time_s, centred, margin_s, rests);
         Ok(Self {
             name: recording.name.clone(),

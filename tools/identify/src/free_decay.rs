@@ -73,7 +73,8 @@ pub fn identify_free_decay(
     // the first start from which modes explain what follows is taken, or the one from which they explain most.
     let mut first_refusal = None;
     let mut tried: Vec<Attempt> = Vec::new();
-    for start in ringing.starts(options.start_s) {
+    let released = ringing.released(options.start_s);
+    for start in released.into_iter().chain(ringing.starts(options.start_s)) {
         match identify_from(&ringing, start, options) {
             Err(
                 refusal @ (IdentifyError::NoPeaks { .. }
@@ -84,6 +85,8 @@ pub fn identify_free_decay(
             }
             Err(IdentifyError::TooFewSamples { .. }) if first_refusal.is_some() || !tried.is_empty() => {}
             Err(error) => return Err(error),
+            // A move that modes cannot make leaves more.
+            Ok(attempt) if Some(start) == released && attempt.explained < LET_GO => {}
             Ok(attempt) => {
                 let enough = attempt.is_explained;
                 tried.push(attempt);
@@ -112,6 +115,9 @@ pub fn identify_free_decay(
         None => ringing.too_short(0),
     })
 }
+
+/// Share of what follows that modes explain where a structure was let go and not moved.
+const LET_GO: f64 = 0.995;
 
 /// A fit from one start.
 struct Attempt {
@@ -183,7 +189,7 @@ fn identify_from(
     let mut range = search_range(&parts);
     loop {
         refuse_too_few(&record, options.modes, &parts)?;
-        let model = DecayModel { time_s: &record.time_s, output: &record.output, modes: parts.len() };
+        let model = DecayModel::of(&record, parts.len(), lowest_hz(&parts));
         let minimum = fit(&model, &range).ok_or_else(|| IdentifyError::NotComputable {
             recording: record.name.clone(),
             column: record.column.clone(),
@@ -234,6 +240,11 @@ fn identify_from(
         let mut index = 0..;
         parts.retain(|_| index.next().is_none_or(|index: usize| kept[index]));
     }
+}
+
+/// Frequency of the slowest mode, Hz.
+pub(crate) fn lowest_hz(parts: &[Part]) -> f64 {
+    parts.iter().map(|part| part.pole.frequency_hz).fold(f64::INFINITY, f64::min)
 }
 
 /// How much larger the damping of the whole record may be than that of a mode's band alone.

@@ -39,6 +39,7 @@ mod decay_report;
 mod decay_shapes;
 mod decay_starts;
 mod died_away;
+mod drift;
 mod driven_lines;
 mod error;
 mod follows;

@@ -132,7 +132,7 @@ mod tests {
         let time_s: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
         let output: Vec<f64> =
             (0..400).map(|k| (-0.005 * f64::from(k)).exp() * (0.3 * f64::from(k)).cos()).collect();
-        let model = DecayModel { time_s: &time_s, output: &output, modes: frequencies_hz.len() };
+        let model = DecayModel { time_s: &time_s, output: &output, modes: frequencies_hz.len(), powers: 0 };
         let starts = frequencies_hz.iter().map(|hz| Pole { frequency_hz: *hz, damping_ratio: 0.02 });
         let fixed = starts.flat_map(|start| pole_parameters(start, 0.1)).map(|parameter| Parameter {
             lower: parameter.start,

@@ -3,6 +3,7 @@
 use stillbeam_recording::Recording;
 
 use crate::decay_modes::Uniform;
+use crate::drift::{drift, extent};
 use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
@@ -23,8 +24,12 @@ pub(crate) struct Ringing<'r> {
     column: String,
     time_s: Vec<f64>,
     values: Vec<f64>,
+    /// Whether the sensor drifted; `values` are without that.
+    drifts: bool,
     /// What the record is: a free decay, or several knocks of which one is read.
     pub(crate) kind: RecordKind,
+    /// Whether it seems to have been moved before it rang.
+    moved: bool,
     /// The first row that can be believed.
     first: usize,
     /// Samples that are not fitted.
@@ -41,12 +46,16 @@ pub(crate) struct DecayRecord {
     pub(crate) time_s: Vec<f64>,
     pub(crate) output: Vec<f64>,
     pub(crate) origin_s: f64,
+    /// Whether the sensor drifted; the output is without most of that.
+    pub(crate) drifts: bool,
     /// Mean square of what is left after the decay, where the record goes on for long enough.
     noise_power: Option<f64>,
 }
 
 /// Shares of the largest deflection from which the decay is tried, one after the other.
 const STARTS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+/// Share of the largest deflection by which it may differ where the structure is held there.
+const HELD: f64 = 0.1;
 /// Share of a decay's energy that its modes explain when it is one, and how many times the noise they may leave
 /// where that is less.
 const ENOUGH: f64 = 0.9;
@@ -61,8 +70,8 @@ const QUIET_BLOCKS: usize = 10;
 const KEPT_NOISE: f64 = 0.5;
 /// Share of the record over which a tone sounds that was there before and after the decay.
 const ALL_THE_TIME: f64 = 0.9;
-/// Share of a signal's scatter that a straight line explains where it drifts.
-const DRIFTS: f64 = 0.8;
+/// Share of a signal's scatter that a straight line explains where it is mostly one.
+const MOSTLY_LINE: f64 = 0.8;
 /// A quiet end is cut when it is longer than this share of what follows the peak.
 const LONG_QUIET: f64 = 0.5;
 
@@ -86,16 +95,22 @@ impl<'r> Ringing<'r> {
             all.time_s.truncate(rows);
             all.values.truncate(rows);
         }
-        let sound = SoundPart::new(recording, &options.output, all.time_s, all.values);
+        let mut sound = SoundPart::new(recording, &options.output, all.time_s, all.values);
         if sound.values.len() < MIN_ROWS {
             return Err(too_short(recording, &options.output, sound.values.len()));
         }
         warnings.extend(sound.warnings.iter().cloned());
+        let from = options.start_s.map_or(0, |start_s| sound.time_s.partition_point(|t| *t < start_s));
+        let drifts = take_drift_out(&sound.time_s[from..], &mut sound.values[from..]);
+        warnings
+            .extend(drifts.map(|by| WarningKind::SensorDrifts { column: options.output.clone(), by }.into()));
         let mut ringing = Self {
+            drifts: drifts.is_some(),
             tones: find_tones(&Uniform::new(&sound.time_s, &sound.values)),
             recording,
             column: options.output.clone(),
             kind: RecordKind::FreeDecay,
+            moved: false,
             first: options.start_s.is_none().then(|| sound.after_clipping()).flatten().unwrap_or(0),
             left_out: sound.left_out,
             time_s: sound.time_s,
@@ -104,7 +119,7 @@ impl<'r> Ringing<'r> {
         };
         ringing.recognise(options)?;
         ringing.take_tones_out();
-        ringing.take_drift_out();
+        ringing.take_line_out();
         Ok(ringing)
     }
 
@@ -117,13 +132,13 @@ impl<'r> Ringing<'r> {
         basis.remove_from(&mut self.values);
     }
 
-    /// Takes the straight line out of a signal that is mostly one: seen from its end a sensor that drifts is
-    /// farthest away at its beginning, whatever rings there.
-    fn take_drift_out(&mut self) {
+    /// Takes the straight line out of a signal that is mostly one: of several knocks, or of ringing that hardly
+    /// falls, no drift is told apart, and yet seen from its end the sensor is farthest away at its beginning.
+    fn take_line_out(&mut self) {
         let from = self.first.min(self.values.len());
         let signal = &self.values[from..];
         let left = without_trend(signal);
-        if mean_square(&left) < (1.0 - DRIFTS) * mean_square(signal) {
+        if mean_square(&left) < (1.0 - MOSTLY_LINE) * mean_square(signal) {
             self.values.splice(from.., left);
         }
     }
@@ -138,6 +153,7 @@ impl<'r> Ringing<'r> {
         match found.kind {
             RecordKind::FreeDecay => {
                 if let Some(until_s) = found.moved_until_s.filter(|_| options.start_s.is_none()) {
+                    self.moved = true;
                     self.first = self.first.max(self.time_s.partition_point(|t| *t < until_s));
                 }
             }
@@ -219,6 +235,18 @@ impl<'r> Ringing<'r> {
         self.warnings.push(WarningKind::SeveralKnocks { knocks_s: knocks_s.to_vec(), window_s }.into());
     }
 
+    /// The row at which a structure is let go that was held at its largest deflection, where the record seems
+    /// to be one of a move: what rings off first looks like the end of a move.
+    pub(crate) fn released(&self, start_s: Option<f64>) -> Option<usize> {
+        if !self.moved || start_s.is_some() {
+            return None;
+        }
+        let rest = self.rest();
+        let away = |row: &usize| (self.values[*row] - rest).abs();
+        let farthest = (0..self.first).max_by(|a, b| away(a).total_cmp(&away(b)))?;
+        let_go(&self.values, farthest, away(&farthest))
+    }
+
     /// Rows from which the decay may be read: where it was said to begin, or the largest deflection and then ever
     /// smaller ones.
     pub(crate) fn starts(&self, start_s: Option<f64>) -> Vec<usize> {
@@ -233,7 +261,8 @@ impl<'r> Ringing<'r> {
             let last = (first..end).rev().find(|&k| away[k] >= share * away[first])?;
             (last > first).then_some(last)
         });
-        std::iter::once(first).chain(later).collect()
+        let let_go = let_go(&self.values, first, away[first]);
+        std::iter::once(first).chain(let_go).chain(later).collect()
     }
 
     /// Where the record ends up.
@@ -280,6 +309,7 @@ impl<'r> Ringing<'r> {
             time_s: self.time_s[start..end].iter().map(|t| t - origin_s).collect(),
             output: self.values[start..end].to_vec(),
             origin_s,
+            drifts: self.drifts,
         })
     }
 
@@ -303,6 +333,27 @@ fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orth
         }
     }
     basis
+}
+
+/// The row at which a structure that is held at its largest deflection is let go; `None` where it is not.
+fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
+    let held = |row: &usize| (values[*row] - values[first]).abs() < HELD * deflection;
+    let last = (first..values.len()).take_while(held).last()?;
+    (last > first).then_some(last)
+}
+
+/// Takes out what the sensor drifts by: else it would be farthest away at an end of the record, whatever
+/// rings. Returns by how much it drifts. Of what is driven nothing is taken out: slow lines are no drift.
+pub(crate) fn take_drift_out(time_s: &[f64], values: &mut [f64]) -> Option<f64> {
+    let drift = drift(time_s, values)?;
+    if matches!(
+        recognise_signal(time_s, values).kind,
+        RecordKind::Multisine | RecordKind::Tone | RecordKind::Sweep
+    ) {
+        return None;
+    }
+    values.iter_mut().zip(&drift).for_each(|(y, drift)| *y -= drift);
+    Some(extent(&drift))
 }
 
 fn too_short(recording: &Recording, column: &str, found: usize) -> IdentifyError {

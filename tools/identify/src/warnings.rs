@@ -128,6 +128,13 @@ pub enum WarningKind {
         /// Time (s) and value (the column's unit) of each.
         samples: Vec<[f64; 2]>,
     },
+    /// The sensor drifts by much beside the ringing: that was taken out.
+    SensorDrifts {
+        /// The column.
+        column: String,
+        /// By how much from the lowest to the highest, in the column's unit.
+        by: f64,
+    },
     /// A column holds every reading for several rows: the sensor is slower than the recorder.
     HeldReadings {
         /// The column.
@@ -418,6 +425,9 @@ impl WarningKind {
                     if samples.len() > named.len() { ", ..." } else { "" }
                 )
             }
+            Self::SensorDrifts { column, by } => format!(
+                "column `{column}` drifts by {by:.3e} beside the ringing (temperature, a charge that leaks away): that was taken out, and a mode with fewer than three periods in the record with it"
+            ),
             Self::HeldReadings { column, rows_each } => format!(
                 "column `{column}` holds every reading for {rows_each:.1} rows: the sensor is slower than the recorder, and each reading was taken once"
             ),

@@ -10,7 +10,7 @@ use crate::magnitude::refuse_magnitude;
 use crate::modal_response::{InputKind, OutputQuantity};
 use crate::readings::Readings;
 use crate::result::Rejected;
-use crate::time_stamps::{refuse_absurd_stamps, stamp_warnings};
+use crate::time_stamps::{refuse_absurd_stamps, sensor_step, stamp_warnings};
 use crate::warnings::{Warning, WarningKind};
 
 /// Rows that a fit of one mode needs at least: five parameters, a constant, and something left to judge by.
@@ -79,6 +79,8 @@ pub(crate) struct ForcedRecord {
     pub(crate) output: Vec<f64>,
     /// What was taken out of it because it goes with the amplitude of a mode; empty where nothing was.
     pub(crate) taken_out: Vec<f64>,
+    /// Step of the output's sensor; 0 where it has none.
+    pub(crate) sensor_step: f64,
     /// Stamp that the times count from, s.
     pub(crate) origin_s: f64,
     /// Whether the force's noise between blows was taken out.
@@ -210,6 +212,7 @@ impl ForcedRecord {
         warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
         warnings.extend(output.remarks.into_iter().map(Warning::from));
+        let sensor_step = sensor_step(&values);
         let drive = PiecewiseCubic::new(&input_time_s, &centred, InputInterpolation::Linear);
         let drive: Vec<f64> = drive.sample(time_s.iter().copied()).into_iter().map(|at| at[0]).collect();
         if let Some(drift) = drift_of_driven(&time_s, &values, &drive) {
@@ -229,6 +232,7 @@ impl ForcedRecord {
             time_s,
             output: values,
             taken_out: Vec::new(),
+            sensor_step,
             origin_s,
             warnings,
             left_out,

@@ -26,6 +26,8 @@ const ABOVE_FLOOR: f64 = 6.0;
 /// Reach of the surroundings, as a ratio of frequencies, and the least number of bins on either side.
 const BESIDE: f64 = 1.5;
 const BESIDE_BINS: usize = 32;
+/// Steps of the sensor that noise has at least where it makes motions visible that are smaller than one.
+const HALF: f64 = 0.5;
 /// Stretches of every record of which every other one is held out.
 const STRETCHES: usize = 32;
 /// Share of what a mode explains that it must explain of the stretches held out.
@@ -52,6 +54,9 @@ pub(crate) fn refusal_of_last(
         );
         return Some((reason, None));
     }
+    if let Some(reason) = below_a_step(model, found, poles.len().saturating_sub(1)) {
+        return Some((reason, None));
+    }
     let pairs = (0..poles.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
     pairs.map(|pair| pair.map(|mode| poles[mode])).find_map(|[a, b]| overlap(model, found, [a, b], 0.0))
 }
@@ -68,9 +73,39 @@ pub(crate) fn refusal_within(
         let reason = "its damping ratio would be the limit of the search: a line of this record, not a mode";
         return Some((reason.to_owned(), None));
     }
+    if let Some(reason) = below_a_step(model, found, mode) {
+        return Some((reason, None));
+    }
     let mut others =
         (0..model.modes).filter(|other| *other != mode).map(|other| pole(&found.parameters, other));
     others.find_map(|other| overlap(model, found, [one, other], NEAR))
+}
+
+/// Why a mode that moves the output by less than a step of its sensor is none: what the steps leave goes with
+/// the motion, and a further mode explains some of it. Noise of half a step makes smaller motions visible.
+fn below_a_step(model: &ForcedModel<'_>, found: &Minimum<Projected>, mode: usize) -> Option<String> {
+    let columns = found.point.blocks.get(mode)?;
+    let before: usize = found.point.blocks[..mode].iter().map(Vec::len).sum();
+    let mut own = vec![0.0; found.point.residuals.len()];
+    for (column, coefficient) in columns.iter().zip(&found.point.coefficients[before..]) {
+        column.add_to(&mut own, *coefficient);
+    }
+    let mut largest = 0.0_f64;
+    for (rows, record) in model.rows() {
+        let step = record.sensor_step;
+        let left = &found.point.residuals[rows.clone()];
+        let noise = (dot(left, left) / rows.len().max(1) as f64).sqrt();
+        let top = own[rows].iter().fold(0.0_f64, |top, y| top.max(y.abs()));
+        if top >= step || noise > HALF * step {
+            return None;
+        }
+        largest = largest.max(top / step);
+    }
+    let frequency_hz = pole(&found.parameters, mode).frequency_hz;
+    Some(format!(
+        "at {frequency_hz:.4} Hz it would move the output by {:.0} % of a step of the sensor at most: what the steps leave, not a mode",
+        100.0 * largest
+    ))
 }
 
 fn overlap(

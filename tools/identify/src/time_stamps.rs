@@ -131,7 +131,7 @@ pub(crate) fn stamp_warnings(recording: &str, time_s: &[f64], values: &[f64]) ->
 }
 
 /// The step of a quantised signal: the smallest, where all steps are multiples of it; else 0.
-fn resolution(values: &[f64]) -> f64 {
+pub(crate) fn sensor_step(values: &[f64]) -> f64 {
     let steps = || values.windows(2).map(|v| (v[1] - v[0]).abs()).filter(|step| *step > 0.0);
     let smallest = steps().fold(f64::INFINITY, f64::min);
     let whole = |step: f64| (step / smallest - (step / smallest).round()).abs() < 0.05;
@@ -144,7 +144,7 @@ fn resolution(values: &[f64]) -> f64 {
 /// Coarse samples repeat by chance, about once in as many samples as the signal moves steps from one to the next; only
 /// clearly more than that counts.
 fn repeated(values: &[f64]) -> Vec<usize> {
-    let resolution = resolution(values);
+    let resolution = sensor_step(values);
     let most = values.iter().fold(f64::NEG_INFINITY, |top, v| top.max(*v));
     let least = values.iter().fold(f64::INFINITY, |low, v| low.min(*v));
     let mut found = Vec::new();

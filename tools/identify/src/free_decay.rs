@@ -73,7 +73,7 @@ pub fn identify_free_decay(
     // the first start from which modes explain what follows is taken, or the one from which they explain most.
     let mut first_refusal = None;
     let mut tried: Vec<Attempt> = Vec::new();
-    let released = ringing.released(options.start_s);
+    let released = ringing.released();
     for start in released.into_iter().chain(ringing.starts(options.start_s)) {
         match identify_from(&ringing, start, options) {
             Err(

@@ -28,8 +28,8 @@ pub(crate) struct Ringing<'r> {
     drifts: bool,
     /// What the record is: a free decay, or several knocks of which one is read.
     pub(crate) kind: RecordKind,
-    /// Whether it seems to have been moved before it rang.
-    moved: bool,
+    /// Where it is let go although it seems to have been moved, and the mean square of the noise before.
+    released: Option<(usize, f64)>,
     /// The first row that can be believed.
     first: usize,
     /// Samples that are not fitted.
@@ -54,6 +54,9 @@ pub(crate) struct DecayRecord {
 
 /// Shares of the largest deflection from which the decay is tried, one after the other.
 const STARTS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
+/// Share of what follows the largest deflection that must follow a later start: of ringing that hardly falls
+/// only the very end is so small.
+const LEAST_LEFT: f64 = 0.1;
 /// Share of the largest deflection by which it may differ where the structure is held there.
 const HELD: f64 = 0.1;
 /// Share of a decay's energy that its modes explain when it is one, and how many times the noise they may leave
@@ -110,7 +113,7 @@ impl<'r> Ringing<'r> {
             recording,
             column: options.output.clone(),
             kind: RecordKind::FreeDecay,
-            moved: false,
+            released: None,
             first: options.start_s.is_none().then(|| sound.after_clipping()).flatten().unwrap_or(0),
             left_out: sound.left_out,
             time_s: sound.time_s,
@@ -153,8 +156,8 @@ impl<'r> Ringing<'r> {
         match found.kind {
             RecordKind::FreeDecay => {
                 if let Some(until_s) = found.moved_until_s.filter(|_| options.start_s.is_none()) {
-                    self.moved = true;
                     self.first = self.first.max(self.time_s.partition_point(|t| *t < until_s));
+                    self.find_release();
                 }
             }
             RecordKind::Pulse => {
@@ -235,16 +238,21 @@ impl<'r> Ringing<'r> {
         self.warnings.push(WarningKind::SeveralKnocks { knocks_s: knocks_s.to_vec(), window_s }.into());
     }
 
-    /// The row at which a structure is let go that was held at its largest deflection, where the record seems
-    /// to be one of a move: what rings off first looks like the end of a move.
-    pub(crate) fn released(&self, start_s: Option<f64>) -> Option<usize> {
-        if !self.moved || start_s.is_some() {
-            return None;
-        }
+    /// Where a structure is let go that was held at its largest deflection, although the record seems to be
+    /// one of a move: what rings off first looks like the end of a move.
+    fn find_release(&mut self) {
         let rest = self.rest();
         let away = |row: &usize| (self.values[*row] - rest).abs();
-        let farthest = (0..self.first).max_by(|a, b| away(a).total_cmp(&away(b)))?;
-        let_go(&self.values, farthest, away(&farthest))
+        let farthest = (0..self.first).max_by(|a, b| away(a).total_cmp(&away(b)));
+        let row = farthest.and_then(|farthest| let_go(&self.values, farthest, away(&farthest)));
+        // The middle of the hold: its end already gives way.
+        let held = row.map(|row| row / 4..row / 2).filter(|held| held.len() >= MIN_ROWS);
+        self.released = row.zip(held).map(|(row, held)| (row, mean_square(&self.values[held])));
+    }
+
+    /// The row at which a structure that seems to have been moved is let go, where it may have been.
+    pub(crate) fn released(&self) -> Option<usize> {
+        self.released.map(|(row, _)| row)
     }
 
     /// Rows from which the decay may be read: where it was said to begin, or the largest deflection and then ever
@@ -259,7 +267,8 @@ impl<'r> Ringing<'r> {
         let end = self.end_of_decay(first);
         let later = STARTS.iter().filter_map(|share| {
             let last = (first..end).rev().find(|&k| away[k] >= share * away[first])?;
-            (last > first).then_some(last)
+            let enough = (end - last) as f64 > LEAST_LEFT * (end - first) as f64;
+            (last > first && enough).then_some(last)
         });
         let let_go = let_go(&self.values, first, away[first]);
         std::iter::once(first).chain(let_go).chain(later).collect()
@@ -301,7 +310,8 @@ impl<'r> Ringing<'r> {
             return Err(self.too_short(rows));
         }
         let origin_s = self.time_s[start];
-        let noise_power = (end < self.values.len()).then(|| mean_square(&self.values[end..]));
+        let held = self.released.filter(|(row, _)| *row == start).map(|(_, noise)| noise);
+        let noise_power = (end < self.values.len()).then(|| mean_square(&self.values[end..])).or(held);
         Ok(DecayRecord {
             noise_power,
             name: self.recording.name.clone(),
@@ -389,5 +399,23 @@ impl DecayRecord {
 
     pub(crate) fn duration_s(&self) -> f64 {
         self.time_s.last().copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ringing_that_hardly_falls_is_not_read_from_its_very_end() {
+        for falls in [0.05, 0.3, 1.0] {
+            let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) / 400.0).collect();
+            let value = |t: &f64| (-0.1 * falls * t).exp() * (40.0 * t).cos();
+            let tip = time_s.iter().map(value).collect();
+            let record = Recording::new("long", time_s).with_column("tip_m", tip);
+            let ringing = Ringing::new(&record, &FreeDecayOptions::new("tip_m")).unwrap();
+            let last = ringing.starts(None).into_iter().max().unwrap();
+            assert!(last < 3600, "{falls}: {last}");
+        }
     }
 }

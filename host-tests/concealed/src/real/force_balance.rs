@@ -45,9 +45,11 @@ fn parts(laws: &[(String, toml::Table)], [x, v, a]: [f64; 3]) -> Option<Vec<f64>
                 parts.extend([sign, sign * (-slow * slow).exp()]);
             }
             "quadratic_drag" => parts.push(v * v.abs()),
+            "bilinear_damping" => parts.push(v.max(0.0)),
             "constant_force" => parts.push(1.0),
             "cable_spring" => parts.extend([x, 1.0]),
             "cubic_stiffness" => parts.push(x * x * x),
+            "quadratic_stiffness" => parts.push(x * x),
             "viscous_friction" => {}
             _ => return None,
         }

@@ -99,7 +99,10 @@ pub(super) const MACHINES: [Machine; 7] = [
         held_out: &[("pulses", axis("emps/emps_validation_pulses.csv"))],
         targets: &[
             ("Coulomb friction is named", Target::Named(&["coulomb_friction", "asymmetric_friction"])),
-            ("the offset is named", Target::Named(&["constant_force", "asymmetric_friction"])),
+            (
+                "the offset, or friction that differs by direction, is named",
+                Target::Named(&["constant_force", "asymmetric_friction", "bilinear_damping"]),
+            ),
             (
                 "Stribeck friction and quadratic drag are not named",
                 Target::NotNamed(&["stribeck_friction", "quadratic_drag"]),
@@ -195,7 +198,10 @@ pub(super) const MACHINES: [Machine; 7] = [
         targets: &[
             ("Coulomb friction is named", Target::Named(&["coulomb_friction"])),
             ("no Stribeck dip is named", Target::NotNamed(&["stribeck_friction"])),
-            ("no direction asymmetry is named", Target::NotNamed(&["asymmetric_friction"])),
+            (
+                "no direction asymmetry is named",
+                Target::NotNamed(&["asymmetric_friction", "bilinear_damping"]),
+            ),
         ],
     },
     Machine {

@@ -50,12 +50,13 @@ impl Search<'_> {
         better
     }
 
-    /// A set with those of the model's own parameters free that show beside its laws, where that is better:
+    /// A set with those of the model's own parameters free that show beside its laws, where that is beyond
+    /// doubt better:
     /// one that the refit without laws could not tell may do what else a further law would be taken for.
     fn with_own_parameters_anew(&self, member: Member) -> Member {
         let anew = self.refitted_on(self.study, &member);
         let anew = anew.and_then(|fitted| self.member(member.laws.clone(), fitted));
-        anew.filter(|anew| self.better_by(&member, anew) > 0.0).unwrap_or(member)
+        anew.filter(|anew| self.better_by(&member, anew) > self.options.separation).unwrap_or(member)
     }
 
     /// The same laws fitted to recordings whose input is read otherwise; friction that turns at other instants

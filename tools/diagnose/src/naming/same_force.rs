@@ -3,6 +3,8 @@
 //! Coulomb friction F beside a constant force C, at one place, is friction of F − C against forward and F + C against backward motion.
 //! Sliding, both make −F + C forwards and F + C backwards. At rest the first holds against other forces f with |f + C| ≤ F, the second
 //! with −(F + C) ≤ f ≤ F − C: the same. So where |C| ≤ F no recording tells them apart, and naming one means the other too.
+//!
+//! Coulomb friction beside damping that differs with the direction is the same law with its dry part even and its viscous part uneven.
 
 use super::rounds::Tried;
 use super::trials::Candidate;
@@ -47,7 +49,8 @@ pub(crate) fn same_force(judged: &[Tried], candidates: &[Candidate]) -> Option<T
 }
 
 fn tie(set: &[Named<'_>], is_known: &dyn Fn(&str, &str) -> bool) -> Option<Tie> {
-    let (replaced, twins, numbers) = as_asymmetric(set).or_else(|| as_even(set))?;
+    let (replaced, twins, numbers) =
+        as_asymmetric(set).or_else(|| as_uneven(set)).or_else(|| as_even(set))?;
     let location = set[*replaced.first()?].location;
     if !twins.iter().all(|id| is_known(id, location)) {
         return None;
@@ -77,6 +80,16 @@ fn as_asymmetric(set: &[Named<'_>]) -> Option<Twin> {
             format!("force forward {:.4}, force backward {:.4}", friction - force, friction + force);
         (vec![even, offset], &["asymmetric_friction"][..], numbers)
     })
+}
+
+fn as_uneven(set: &[Named<'_>]) -> Option<Twin> {
+    let even = set.iter().position(|law| law.id == "coulomb_friction")?;
+    let at = set[even].location;
+    let damper = set.iter().position(|law| law.id == "bilinear_damping" && law.location == at)?;
+    let (friction, damping) = (set[even].value("force")?, set[damper].value("damping")?);
+    let harder = if damping > 0.0 { "forward" } else { "backward" };
+    let numbers = format!("force {friction:.4} both ways, viscous {harder} larger by {:.4}", damping.abs());
+    Some((vec![even, damper], &["asymmetric_friction"][..], numbers))
 }
 
 fn as_even(set: &[Named<'_>]) -> Option<Twin> {
@@ -125,6 +138,20 @@ mod tests {
         let found = tie(&uneven, &all).expect("a tie");
         assert_eq!(found.candidates[1], ["coulomb_friction at base", "constant_force at base"]);
         assert!(found.sentence.contains("force 20.0000 with force 3.0000"), "{}", found.sentence);
+    }
+
+    #[test]
+    fn friction_with_damping_that_differs_with_the_direction_is_uneven_friction() {
+        let set = |damper: &'static str| {
+            [
+                law("coulomb_friction", "base", &[("force", 20.0)]),
+                law("bilinear_damping", damper, &[("damping", -70.0)]),
+            ]
+        };
+        let found = tie(&set("base"), &all).unwrap();
+        assert_eq!(found.candidates[1], ["asymmetric_friction at base"]);
+        assert!(found.sentence.contains("viscous backward larger by 70"), "{}", found.sentence);
+        assert_eq!(tie(&set("tip"), &all), None, "at another place");
     }
 
     #[test]

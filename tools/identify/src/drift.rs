@@ -2,9 +2,9 @@
 //!
 //! Drift and ringing are told apart by fitting both at once. The courses that a drift may take are few and
 //! smooth; the ringing is what a realisation finds beside them, from the loudest moment on. What is smooth,
-//! goes one way, and explains nearly all that moves on average over the record is the drift. A move to another
-//! place is not smooth, a slow mode comes back, and what a mode explains leaves a drift nothing to explain.
-//! Where something drives the structure its ringing averages out.
+//! goes one way, and explains nearly all that moves on average over the record is the drift. A move to
+//! another place is not smooth, a slow mode comes back, and what a mode explains leaves a drift nothing to
+//! explain. Where something drives the structure its ringing averages out.
 
 use crate::column::Column;
 use crate::decay_modes::Uniform;
@@ -16,7 +16,8 @@ use crate::wild_samples::without_wild;
 
 /// Highest power of time in a drift.
 const HIGHEST_POWER: usize = 5;
-/// Times, as shares of the record, in which a charge leaks away; shorter ones are hardly slower than what rings.
+/// Times, as shares of the record, in which a charge leaks away; shorter ones are hardly slower than what
+/// rings.
 const LEAKS: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
 /// Periods within the record below which an oscillation is no ringing beside a drift.
 const RINGS: f64 = 3.0;

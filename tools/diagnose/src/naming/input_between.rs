@@ -1,8 +1,8 @@
 //! What the input does between its samples, asked again beside a law.
 //!
-//! No samples tell for certain whether a force goes in straight lines or along a smooth curve. Before a law is
-//! found the difference drowns in what the law does; beside it, a wrong guess leaves a rest that goes with the
-//! input, and further laws (a share of the input in a sensor, a dead time) would make up for it.
+//! No samples tell for certain whether a force goes in straight lines or along a smooth curve. Before a law
+//! is found the difference drowns in what the law does; beside it, a wrong guess leaves a rest that goes with
+//! the input, and further laws (a share of the input in a sensor, a dead time) would make up for it.
 
 use stillbeam_recording::Role;
 
@@ -59,8 +59,8 @@ impl Search<'_> {
         anew.filter(|anew| self.better_by(&member, anew) > self.options.separation).unwrap_or(member)
     }
 
-    /// The same laws fitted to recordings whose input is read otherwise; friction that turns at other instants
-    /// is followed from the beginnings of the recordings on.
+    /// The same laws fitted to recordings whose input is read otherwise; friction that turns at other
+    /// instants is followed from the beginnings of the recordings on.
     fn fitted_as_read(&self, study: &Study, member: &Member) -> Option<Member> {
         let stack = study.stack(Role::Train);
         let fitted = self.refitted_on(study, member)?;

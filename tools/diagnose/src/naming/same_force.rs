@@ -1,10 +1,12 @@
 //! Sets of laws that are one force under two names.
 //!
-//! Coulomb friction F beside a constant force C, at one place, is friction of F − C against forward and F + C against backward motion.
-//! Sliding, both make −F + C forwards and F + C backwards. At rest the first holds against other forces f with |f + C| ≤ F, the second
-//! with −(F + C) ≤ f ≤ F − C: the same. So where |C| ≤ F no recording tells them apart, and naming one means the other too.
+//! Coulomb friction F beside a constant force C, at one place, is friction of F − C against forward and F + C
+//! against backward motion. Sliding, both make −F + C forwards and F + C backwards. At rest the first holds
+//! against other forces f with |f + C| ≤ F, the second with −(F + C) ≤ f ≤ F − C: the same. So where |C| ≤ F
+//! no recording tells them apart, and naming one means the other too.
 //!
-//! Coulomb friction beside damping that differs with the direction is the same law with its dry part even and its viscous part uneven.
+//! Coulomb friction beside damping that differs with the direction is the same law with its dry part even and
+//! its viscous part uneven.
 
 use super::rounds::Tried;
 use super::trials::Candidate;

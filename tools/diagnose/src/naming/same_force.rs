@@ -2,8 +2,8 @@
 //!
 //! Coulomb friction F beside a constant force C, at one place, is friction of F − C against forward and F + C
 //! against backward motion. Sliding, both make −F + C forwards and F + C backwards. At rest the first holds
-//! against other forces f with |f + C| ≤ F, the second with −(F + C) ≤ f ≤ F − C: the same. So where |C| ≤ F
-//! no recording tells them apart, and naming one means the other too.
+//! against other forces f with |f + C| ≤ F, the second with −(F + C) ≤ f ≤ F − C: the same. So where
+//! |C| ≤ F no recording tells them apart, and naming one means the other too.
 //!
 //! Coulomb friction beside damping that differs with the direction is the same law with its dry part even and
 //! its viscous part uneven.

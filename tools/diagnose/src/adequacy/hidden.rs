@@ -29,6 +29,7 @@ mod tests {
     use crate::comparison::compare;
     use crate::simulation::Hypothesis;
     use crate::study::Study;
+    use crate::{Options, diagnose};
 
     const PUSHED: &str = r#"
         schema = 1
@@ -67,20 +68,37 @@ mod tests {
             .with_column("acceleration_m_s2", read)
     }
 
-    fn hides(law: Option<Physics>) -> bool {
+    /// The machine as drawn, and runs of one that has a law besides.
+    fn runs(law: Option<Physics>) -> (Model, [Recording; 3]) {
         let drawn = Model::from_toml("pushed.toml", PUSHED).unwrap();
         let mut truth = drawn.clone();
         truth.setup_mut().physics.extend(law);
-        let mut study = Study::new(&drawn, &[run(&truth, 1), run(&truth, 2)], &[run(&truth, 3)]).unwrap();
+        (drawn, [1, 2, 3].map(|seed| run(&truth, seed)))
+    }
+
+    fn cogging() -> Physics {
+        Physics::new("cogging", "mass").with("force", 0.05).with("period", 2e-3).with("phase", 1.0)
+    }
+
+    fn hides(law: Option<Physics>) -> bool {
+        let (drawn, [first, second, held_out]) = runs(law);
+        let mut study = Study::new(&drawn, &[first, second], &[held_out]).unwrap();
         let compared = compare(&mut study, &Hypothesis::given(&drawn)).unwrap();
         may_hide_a_force(&study.adequacies(&compared.refitted_on_all, &compared.floors))
     }
 
     #[test]
     fn a_force_that_acts_all_the_time_may_hide_in_what_is_taken_for_noise() {
-        let cogging =
-            Physics::new("cogging", "mass").with("force", 0.05).with("period", 2e-3).with("phase", 1.0);
-        assert!(hides(Some(cogging)));
+        assert!(hides(Some(cogging())));
         assert!(!hides(None), "a sensor's own noise");
+    }
+
+    #[test]
+    fn a_law_that_hides_in_what_is_taken_for_noise_is_named() {
+        let (drawn, [first, second, held_out]) = runs(Some(cogging()));
+        let found =
+            diagnose(&drawn, &[first, second], &[held_out], &Options::default(), &mut |_| {}).unwrap();
+        let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+        assert_eq!(named, ["cogging"], "{}", found.sentence);
     }
 }

@@ -51,8 +51,8 @@ impl Search<'_> {
     }
 
     /// A set with those of the model's own parameters free that show beside its laws, where that is beyond
-    /// doubt better:
-    /// one that the refit without laws could not tell may do what else a further law would be taken for.
+    /// doubt better: one that the refit without laws could not tell may do what else a further law would be
+    /// taken for.
     fn with_own_parameters_anew(&self, member: Member) -> Member {
         let anew = self.refitted_on(self.study, &member);
         let anew = anew.and_then(|fitted| self.member(member.laws.clone(), fitted));

@@ -411,7 +411,7 @@ mod tests {
     use stillbeam_recording::Recording;
 
     use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
-    use crate::{Options, diagnose};
+    use crate::{Diagnosis, Options, diagnose};
 
     /// Runs whose readings are rounded in the presence of noise, and again when they are written down.
     fn rounded_twice(amplitudes: &[f64], noise_m: f64, step_m: f64, written_m: f64) -> Vec<Recording> {
@@ -426,6 +426,22 @@ mod tests {
         noisy_runs(&machine(), amplitudes, noise_m).into_iter().map(rounded).collect()
     }
 
+    /// What is found where a law is missing.
+    fn found_without(law: Physics) -> Diagnosis {
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![law];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-4);
+        let (train, held_out) = (noisy(&[3.0, 9.0]), noisy(&[5.0]));
+        // What straight lines between the samples do is known to be no law.
+        let drawn = machine().with_hold(Hold::FirstOrder);
+        diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap()
+    }
+
+    fn assert_named(found: &Diagnosis, id: &str) {
+        let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
+        assert_eq!(named, [id], "{}", found.sentence);
+    }
+
     /// The force of Bouc and Wen falls along another line than Dahl's.
     #[test]
     fn hysteresis_is_found_with_the_shape_of_its_loop() {
@@ -433,47 +449,27 @@ mod tests {
         let law = shape
             .iter()
             .fold(Physics::new("hysteresis", "mass"), |law, (name, value)| law.with(*name, *value));
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![law];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-4);
-        let (train, held_out) = (noisy(&[3.0, 9.0]), noisy(&[5.0]));
-        // What straight lines between the samples do is known to be no law.
-        let drawn = machine().with_hold(Hold::FirstOrder);
-        let found = diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
-        let named: Vec<&str> = found.effects.iter().map(|effect| effect.id.as_str()).collect();
-        assert_eq!(named, ["hysteresis"], "{}", found.sentence);
+        let found = found_without(law);
+        assert_named(&found, "hysteresis");
         for (name, value) in shape {
             let fitted = &found.effects[0].parameters[name];
             assert!((fitted.value / value - 1.0).abs() < 0.05, "{name}: {fitted:?}");
         }
     }
 
-    /// The laws that are named where one is missing.
-    fn named_where_missing(law: Physics) -> (Vec<String>, String) {
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![law];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-4);
-        let (train, held_out) = (noisy(&[3.0, 9.0]), noisy(&[5.0]));
-        let drawn = machine().with_hold(Hold::FirstOrder);
-        let found = diagnose(&drawn, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
-        (found.effects.iter().map(|effect| effect.id.clone()).collect(), found.sentence)
-    }
-
     #[test]
     fn a_shock_absorber_is_known_by_damping_that_differs_with_the_direction() {
         for damping in [3.0, -2.0] {
-            let (named, sentence) =
-                named_where_missing(Physics::new("bilinear_damping", "mass").with("damping", damping));
-            assert_eq!(named, ["bilinear_damping"], "{damping}: {sentence}");
+            let law = Physics::new("bilinear_damping", "mass").with("damping", damping);
+            assert_named(&found_without(law), "bilinear_damping");
         }
     }
 
     #[test]
     fn a_spring_that_is_harder_to_one_side_is_known() {
         for stiffness in [500.0, -500.0] {
-            let (named, sentence) =
-                named_where_missing(Physics::new("quadratic_stiffness", "mass").with("stiffness", stiffness));
-            assert_eq!(named, ["quadratic_stiffness"], "{stiffness}: {sentence}");
+            let law = Physics::new("quadratic_stiffness", "mass").with("stiffness", stiffness);
+            assert_named(&found_without(law), "quadratic_stiffness");
         }
     }
 

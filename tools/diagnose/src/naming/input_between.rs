@@ -84,9 +84,39 @@ impl Search<'_> {
 #[cfg(test)]
 mod tests {
     use stillbeam_plant::Physics;
+    use stillbeam_recording::Role;
 
-    use crate::naming::on_a_spring::{machine, noisy_runs};
+    use crate::fit::Fitted;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
+    use crate::naming::sets::Member;
     use crate::{Options, diagnose};
+
+    const DAMPER: &str = "damper.mass-ground.damping";
+
+    /// A set whose damper is held at twice the value that fits, as if the refit without laws could not tell it.
+    fn with_damper_held(found: &Member) -> Member {
+        let rows = found.fitted.free.iter().cloned().zip(found.fitted.values.iter().copied());
+        let (free, values) = rows.filter(|(free, _)| free.path != DAMPER).unzip();
+        Member { fitted: Fitted { free, values, ..found.fitted.clone() }, ..found.clone() }
+    }
+
+    #[test]
+    fn a_damper_that_shows_only_beside_a_law_is_freed_there() {
+        let drag = Physics::new("quadratic_drag", "mass").with("drag", 12.0);
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![drag.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let found = fitted_with(search, &refitted, &drag);
+            let off = stopped_at(search, &found, |path| if path == DAMPER { 2.0 } else { 1.0 });
+            let held = with_damper_held(&off);
+            let freed = search.with_own_parameters_anew(held.clone());
+            assert!(freed.fitted.free.iter().any(|free| free.path == DAMPER));
+            let noise = search.study.stack(Role::Train).present() as f64;
+            assert!(freed.fitted.sum_of_squares < 0.2 * held.fitted.sum_of_squares);
+            assert!(freed.fitted.sum_of_squares < found.fitted.sum_of_squares + noise);
+        });
+    }
 
     #[test]
     fn a_force_in_straight_lines_that_looks_smooth_is_read_as_such_once_a_law_is_found() {

@@ -32,7 +32,7 @@ fn all_modes_of_a_structure_that_is_held_and_let_go_are_found() {
                 .sum()
         };
         let time_s: Vec<f64> = (0..ROWS).map(|k| k as f64 / RATE_HZ).collect();
-        let tip = time_s.iter().map(|t| value(*t) + 2e-2 * noise.normal()).collect();
+        let tip = time_s.iter().map(|t| value(*t) + 2.8e-2 * noise.normal()).collect();
         let record = Recording::new("let go", time_s).with_column("tip_deflection_m", tip);
         let options = FreeDecayOptions { cross_checks: false, ..FreeDecayOptions::new("tip_deflection_m") };
         let found = identify_free_decay(&record, &options).unwrap();

@@ -4,7 +4,7 @@ use rand_distr::{Bernoulli, Distribution, Normal};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::SeedableRng;
 use stillbeam_identify::tall::dot;
-use stillbeam_plant::{Model, Physics, SimulateOptions, simulate_with};
+use stillbeam_plant::{InitialState, Model, Physics, SimulateOptions, simulate_with};
 use stillbeam_recording::{Recording, Role};
 
 use super::scales::Scales;
@@ -39,6 +39,12 @@ const MACHINE: &str = r#"
 
 pub(crate) fn machine() -> Model {
     Model::from_toml("machine.toml", MACHINE).unwrap()
+}
+
+/// The same machine without an input: all that moves it is that it was let go.
+pub(crate) fn unpushed() -> Model {
+    let input = "    [input]\n    column = \"force_N\"\n    body = \"mass\"\n";
+    Model::from_toml("unpushed.toml", &MACHINE.replace(input, "")).unwrap()
 }
 
 /// A body that a damper slows and nothing holds.
@@ -136,6 +142,22 @@ pub(crate) fn rounded_runs(machine: &Model, amplitudes: &[f64], noise_m: f64, st
             .with_column("position_m", read)
     };
     noisy_runs(machine, amplitudes, noise_m).into_iter().map(round).collect()
+}
+
+/// Such a machine let go this far from where it rests, 20 s at 100 Hz, nothing pushing it; and white noise.
+pub(crate) fn let_go(machine: &Model, from_m: &[f64], noise_m: f64) -> Vec<Recording> {
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(2);
+    let noise = Normal::new(0.0, noise_m).unwrap();
+    let mut decay = |from_m: &f64| {
+        let mut held = machine.clone();
+        let state = InitialState { displacement: *from_m, velocity: 0.0 };
+        held.setup_mut().initial.insert("mass".to_owned(), state);
+        let moved = driven(&held, 0, &[0.0; 2000]);
+        let position = moved.column("position_m").unwrap().iter();
+        let read = position.map(|x| x + noise.sample(&mut random)).collect();
+        Recording::new(format!("from {from_m} m"), moved.time_s).with_column("position_m", read)
+    };
+    from_m.iter().map(&mut decay).collect()
 }
 
 /// A fit of one law on top of a set, begun from this one.

@@ -167,12 +167,16 @@ pub(crate) fn all_candidates(
     // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of
     // any mismatch behind it.
     let is_cut_behind_drive = hypothesis.model.input_is_behind_the_drive();
+    // A clock of its own, a delay: nothing to tell them by but an input, without which a later beginning or
+    // other frequencies are the same.
+    let is_driven = records.iter().any(|record| record.input.is_some());
     for candidate in candidates(&hypothesis.model) {
         let Some(location) = locations.get(candidate.location) else { continue };
         if is_cut_behind_drive && location == "drive" {
             continue;
         }
-        if without.iter().any(|id| id == candidate.law.id()) {
+        let is_left_out = without.iter().any(|id| id == candidate.law.id());
+        if is_left_out || (candidate.law.is_late() && !is_driven) {
             continue;
         }
         // Linear laws of the structure as a whole are the same wherever on the beam they are said to sit.
@@ -410,8 +414,19 @@ mod tests {
     use stillbeam_plant::{Hold, Model};
     use stillbeam_recording::Recording;
 
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
+    use crate::naming::on_a_spring::{let_go, machine, noisy_runs, searched, searched_around, unpushed};
     use crate::{Diagnosis, Options, diagnose};
+
+    #[test]
+    fn what_comes_late_is_looked_for_only_where_an_input_is_known() {
+        let late = |given: &Model, recorded: &[Recording]| {
+            searched_around(given, &recorded[..1], &recorded[1..], |search, _| {
+                search.candidates.iter().filter(|candidate| candidate.law.is_late()).count()
+            })
+        };
+        assert!(late(&machine(), &noisy_runs(&machine(), &[3.0, 5.0], 1e-5)) > 0);
+        assert_eq!(late(&unpushed(), &let_go(&machine(), &[0.02, 0.01], 1e-5)), 0);
+    }
 
     /// Runs whose readings are rounded in the presence of noise, and again when they are written down.
     fn rounded_twice(amplitudes: &[f64], noise_m: f64, step_m: f64, written_m: f64) -> Vec<Recording> {

@@ -27,7 +27,7 @@ impl Work {
         self.fits.fetch_add(1, Ordering::Relaxed);
     }
 
-    fn so_far(&self) -> Cost {
+    pub(crate) fn so_far(&self) -> Cost {
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         Cost {
             processor_seconds: processor_seconds(),

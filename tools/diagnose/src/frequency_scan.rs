@@ -34,15 +34,17 @@ pub(crate) fn scanned(
 ) -> Vec<f64> {
     let frequencies: Vec<usize> =
         (0..free.len()).filter(|&index| !free[index].is_added && free[index].sets_frequency()).collect();
-    // Many modes on long recordings are looked at in fewer samples, and their initial states as those of the
-    // given model.
+    // Many modes on long recordings are looked at in fewer samples, and from the initial states of the given
+    // model.
     let work = stack.present() * frequencies.len();
     let is_driven = stack.records.iter().all(|record| record.input.is_some());
     let is_large = work > MUCH_TO_SCAN && is_driven && stack.is_even();
     let nth = if is_large { 2 * work / MUCH_TO_SCAN } else { 1 };
     let thin: Vec<Record> = stack.records.iter().map(|record| record.thinned(nth)).collect();
     let stack = &Stack { records: thin.iter().collect(), ..stack.clone() };
-    let near = given.with_values(free, drawn).filter(|_| is_large);
+    // Those of decays every look would find in many simulations beside laws.
+    let finds_states = !is_driven && !given.is_linear();
+    let near = given.with_values(free, drawn).filter(|_| is_large || finds_states);
     let near = near.and_then(|given| stack.evaluate(&given, &[]));
     Scan { stack, given, free, near }.around(drawn, &frequencies, reaches)
 }
@@ -103,5 +105,41 @@ impl Scan<'_> {
             None => self.stack.evaluate(&moved, &[]),
         };
         Some(seen?.iter().map(|record| dot(&record.residuals, &record.residuals)).sum())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use stillbeam_plant::Physics;
+    use stillbeam_recording::Role;
+
+    use super::*;
+    use crate::naming::on_a_spring::{let_go, machine, searched_around, unpushed};
+    use crate::parameters::free_parameters;
+
+    const STIFFNESS: &str = "spring.mass-ground.stiffness";
+
+    #[test]
+    fn beside_a_law_a_decay_is_looked_at_once_for_every_frequency() {
+        let friction = Physics::new("coulomb_friction", "mass").with("force", 0.05);
+        let mut truth = machine();
+        truth.set_parameter(STIFFNESS, 318.0).unwrap();
+        truth.setup_mut().physics = vec![friction.clone()];
+        let decays = |from_m: &[f64]| let_go(&truth, from_m, 1e-6);
+        searched_around(&unpushed(), &decays(&[0.02, 0.01]), &decays(&[0.015]), |search, _| {
+            let mut beside = Hypothesis::given(search.given);
+            beside.model.setup_mut().physics = vec![friction];
+            let free = free_parameters(&beside);
+            let drawn: Vec<f64> = free.iter().map(|parameter| parameter.given).collect();
+            let stack = search.study.stack(Role::Train);
+            let simulations = || stack.records.iter().map(|r| r.work.so_far().simulations).sum::<u64>();
+            let before = simulations();
+            let found = scanned(&stack, &beside, &free, &drawn, &SCAN_REACHES);
+            let place = free.iter().position(|parameter| parameter.path == STIFFNESS).unwrap();
+            assert!((found[place] / 318.0 - 1.0).abs() < 0.01, "{} N/m", found[place]);
+            let looks = 2 * (2 * FEWEST_STEPS as u64 + 1) * SCAN_REACHES.len() as u64;
+            let made = simulations() - before;
+            assert!(made < 2 * looks, "{made} simulations for {looks} looks at a recording");
+        });
     }
 }

@@ -20,8 +20,12 @@ const FIRST: f64 = 0.125;
 /// ... or as many times this as give every parameter so many samples.
 const SAMPLES_PER_PARAMETER: usize = 20;
 /// There the laws are begun at these multiples of what they are: the shortest stretch has more than one
-/// valley too, and a fit that ends in the wrong one seldom finds out of it on the way.
-const BEGUN_AT: [f64; 6] = [1.0, 0.87, 1.15, 0.75, 1.3, 1.5];
+/// valley too, and a fit that ends in the wrong one seldom finds out of it on the way. ...
+const BEGUN_AT: [f64; 3] = [1.0, 0.75, 1.3];
+/// ... At these as well where those do not end alike, ...
+const BEGUN_BETWEEN: [f64; 3] = [0.87, 1.15, 1.5];
+/// ... to this share of what they leave.
+const ALIKE: f64 = 0.01;
 /// Each fit looks across the jags of the laws first, then closer.
 const CLOSER_AND_CLOSER: [Effort; 3] = [Effort::ROUGH[0], Effort::ROUGH[1], Effort::BENT];
 /// The largest and the smallest share of a recording by which the stretch is lengthened, ...
@@ -43,10 +47,7 @@ impl Fitted {
         let enough = SAMPLES_PER_PARAMETER * self.free.len();
         let mut share = FIRST * (enough as f64 / (FIRST * stack.present() as f64)).ceil().max(1.0);
         let mut step = share;
-        let begun = BEGUN_AT.iter().filter_map(|&times| {
-            self.fitted_up_to(share, stack, &self.with_larger_laws(times), &self.initial_states())
-        });
-        let mut way = begun.min_by(|a, b| a.mean_square.total_cmp(&b.mean_square))?;
+        let mut way = self.begun_up_to(share, stack)?;
         let mut least = way.mean_square;
         for _ in 0..MOST_FITS {
             if share >= 1.0 || stack.is_spent() {
@@ -63,6 +64,19 @@ impl Fitted {
             step = (2.0 * step).min(LONGEST_STEP);
         }
         (share >= 1.0).then_some(way.fitted)
+    }
+
+    /// The best of several fits to this share of every recording.
+    fn begun_up_to(&self, share: f64, stack: &Stack<'_>) -> Option<OnTheWay> {
+        let begun = |times: &f64| {
+            self.fitted_up_to(share, stack, &self.with_larger_laws(*times), &self.initial_states())
+        };
+        let mut all: Vec<OnTheWay> = BEGUN_AT.iter().filter_map(begun).collect();
+        let [least, most] = [f64::min, f64::max].map(|of| all.iter().map(|way| way.mean_square).reduce(of));
+        if most? - least? > ALIKE * least? {
+            all.extend(BEGUN_BETWEEN.iter().filter_map(begun));
+        }
+        all.into_iter().min_by(|a, b| a.mean_square.total_cmp(&b.mean_square))
     }
 
     /// Fitted to this share of every recording, from these values and initial states.
@@ -103,10 +117,36 @@ struct OnTheWay {
 
 #[cfg(test)]
 mod tests {
+    use stillbeam_plant::Physics;
     use stillbeam_recording::Role;
 
+    use super::{BEGUN_AT, BEGUN_BETWEEN, CLOSER_AND_CLOSER, FIRST};
     use crate::fit::Fitted;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
     use crate::two_bodies::{played, stuck_in_a_jag};
+
+    /// Starts that were taken for the first stretch of the recordings.
+    fn starts(fitted: &Fitted, stack: &crate::stacking::Stack<'_>) -> u64 {
+        let fits = || stack.records[0].work.so_far().fits;
+        let before = fits();
+        fitted.begun_up_to(FIRST, stack).unwrap();
+        (fits() - before) / CLOSER_AND_CLOSER.len() as u64
+    }
+
+    #[test]
+    fn more_starts_are_taken_only_where_the_first_ones_end_in_different_valleys() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![spring.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let smooth = fitted_with(search, &refitted, &spring).fitted;
+            assert_eq!(starts(&smooth, &search.study.stack(Role::Train)), BEGUN_AT.len() as u64);
+        });
+        let study = played(6.6e-4);
+        let all = (BEGUN_AT.len() + BEGUN_BETWEEN.len()) as u64;
+        assert_eq!(starts(&stuck_in_a_jag(&study), &study.stack(Role::Train)), all);
+    }
 
     #[test]
     fn play_that_a_fit_to_whole_recordings_misses_is_found_from_their_beginnings() {

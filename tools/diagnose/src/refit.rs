@@ -124,12 +124,7 @@ pub(crate) fn refit_beside_laws(
     hypothesis: &Hypothesis,
     before: &Fitted,
 ) -> Option<Fitted> {
-    let laws = before.free.iter().filter(|parameter| parameter.is_added).cloned();
-    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(hypothesis)).collect();
-    let fitted = |start: Vec<f64>, states: &[Vec<f64>]| {
-        refit_at(stack, hypothesis, &candidates, start, states, Effort::TRIAL).ok().map(|(fitted, _)| fitted)
-    };
-    let there = fitted(started_from(&candidates, before), &before.initial_states());
+    let there = refit_from_there(stack, hypothesis, before);
     // No other start leaves less than noise.
     let noise = NOISE * stack.present() as f64;
     if stack.is_over() || there.as_ref().is_some_and(|there| there.sum_of_squares < noise) {
@@ -141,6 +136,24 @@ pub(crate) fn refit_beside_laws(
     there.into_iter().chain(drawn).min_by(|a, b| a.sum_of_squares.total_cmp(&b.sum_of_squares))
 }
 
+/// The same from where an earlier fit of these laws ended, and from nowhere else.
+pub(crate) fn refit_from_there(
+    stack: &Stack<'_>,
+    hypothesis: &Hypothesis,
+    before: &Fitted,
+) -> Option<Fitted> {
+    let candidates = beside_laws(hypothesis, before);
+    let start = started_from(&candidates, before);
+    let states = before.initial_states();
+    refit_at(stack, hypothesis, &candidates, start, &states, Effort::TRIAL).ok().map(|(fitted, _)| fitted)
+}
+
+/// The parameters of the laws of a fit, and all of the model's own.
+fn beside_laws(hypothesis: &Hypothesis, before: &Fitted) -> Vec<FreeParameter> {
+    let laws = before.free.iter().filter(|parameter| parameter.is_added).cloned();
+    laws.chain(free_parameters(hypothesis)).collect()
+}
+
 /// A set of laws fitted again, the model's own parameters from the drawing, which of them are free decided
 /// anew.
 pub(crate) fn refit_from_drawing(
@@ -149,8 +162,7 @@ pub(crate) fn refit_from_drawing(
     before: &Fitted,
     effort: Effort,
 ) -> Option<Fitted> {
-    let laws = before.free.iter().filter(|parameter| parameter.is_added).cloned();
-    let candidates: Vec<FreeParameter> = laws.chain(free_parameters(hypothesis)).collect();
+    let candidates = beside_laws(hypothesis, before);
     let there = started_from(&candidates, before).into_iter().zip(&candidates);
     let start = there.map(|(value, parameter)| if parameter.is_added { value } else { parameter.given });
     let mut start: Vec<f64> = start.collect();

@@ -12,7 +12,7 @@ use crate::adequacy::Rest;
 use crate::between_samples::BetweenSamples;
 use crate::fit::Fitted;
 use crate::linear_findings::others_between;
-use crate::refit::refit_beside_laws;
+use crate::refit::refit_from_there;
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 
@@ -77,7 +77,7 @@ impl Search<'_> {
     fn refitted_on(&self, study: &Study, member: &Member) -> Option<Fitted> {
         let mut hypothesis = Hypothesis::given(self.given);
         hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
-        refit_beside_laws(&study.stack(Role::Train), &hypothesis, &member.fitted)
+        refit_from_there(&study.stack(Role::Train), &hypothesis, &member.fitted)
     }
 }
 

@@ -27,6 +27,7 @@ mod second_tries;
 pub(crate) mod selection;
 pub(crate) mod sets;
 mod sharper_steps;
+mod sizing;
 mod sketches;
 pub(crate) mod stand_ins;
 mod superfluous;

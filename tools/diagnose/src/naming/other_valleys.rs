@@ -36,6 +36,9 @@ use crate::simulation::Hypothesis;
 /// Friction with a dip is begun with forces this share of dry friction below it and above.
 const DIP: f64 = 0.3;
 
+/// A law in another place is fitted to the end where so far it leaves less than this many times the squares.
+const NEAR: f64 = 4.0;
+
 /// A second instance of a law is begun where the screen is so many standard errors certain of it.
 const SEEN_AGAIN: f64 = 3.0;
 
@@ -213,7 +216,8 @@ impl Search<'_> {
             self.member([&without.laws[..], &[candidate]].concat(), fitted)
         });
         let best = there.min_by(|a, b| a.fitted.sum_of_squares.total_cmp(&b.fitted.sum_of_squares))?;
-        Some(self.finished(best))
+        let is_near = best.fitted.sum_of_squares < NEAR * member.fitted.sum_of_squares;
+        is_near.then(|| self.finished(best))
     }
 }
 

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::Motion;
 
+use super::sizing::{CLOSE, ROUNDS, brought_to_size};
 use super::trials::{Candidate, Trial};
 use crate::fit::Fitted;
 use crate::intervals::Scatter;
@@ -41,15 +42,10 @@ const WORTH: f64 = 0.5;
 /// Trials of one law whose effects are simulated: the most promising along the motion that there is without
 /// them.
 const MANY: usize = 6;
-/// Rounds in which a trial's amplitude is brought to the size of the residual.
-const ROUNDS: usize = 4;
 /// So much weaker a trial is looked at again, ...
 const WEAKER: f64 = 0.1;
 /// ... where less than this share of its effect's power is the same but for its size.
 const IN_PROPORTION: f64 = 0.9;
-/// Good enough: within this factor.
-const CLOSE: f64 = 4.0;
-
 /// What a screen leaves out.
 pub(crate) struct Leaving<'l> {
     /// Candidates whose forces, along the motion that there is without them, would take off less than this
@@ -261,38 +257,10 @@ impl<'t> Telling<'t> {
         trial: &'c Trial,
         start: f64,
     ) -> Option<Sized<'c>> {
-        let (effect, size) = self.sized_effect(stack, fitted, candidate, trial, start)?;
-        Some(Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) })
-    }
-
-    /// The change that a law makes, at an amplitude whose effect has about the size of the residual; and by
-    /// how much the trial's amplitudes were multiplied for it.
-    fn sized_effect(
-        &self,
-        stack: &Stack<'_>,
-        fitted: &Fitted,
-        candidate: &Candidate,
-        trial: &Trial,
-        mut size: f64,
-    ) -> Option<(Vec<f64>, f64)> {
         let target = dot(self.residuals, self.residuals).sqrt();
-        let mut last = None;
-        for _ in 0..ROUNDS {
-            let effect = effect(stack, fitted, candidate, trial, size, self.record);
-            let length = effect.as_ref().map_or(f64::INFINITY, |effect| dot(effect, effect).sqrt());
-            if length.is_finite() && length > 0.0 {
-                last = effect.map(|effect| (effect, size));
-                if trial.amplitudes.is_empty() || (target / CLOSE..target * CLOSE).contains(&length) {
-                    break;
-                }
-                size *= (target / length).clamp(1e-4, 1e4);
-            } else if length == 0.0 {
-                size *= 1e3;
-            } else {
-                size *= 1e-3;
-            }
-        }
-        last
+        let effect = |size: f64| effect(stack, fitted, candidate, trial, size, self.record);
+        let (effect, size) = brought_to_size(target, !trial.amplitudes.is_empty(), start, effect)?;
+        Some(Sized { trial, size, explained: self.explained(effect.clone()), effect: Some(effect) })
     }
 }
 

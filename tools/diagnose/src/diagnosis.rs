@@ -206,7 +206,7 @@ fn searched<'c>(
     if nothing_left && found.chosen.laws.is_empty() {
         search.candidates = catalogue;
     }
-    let weighed_first = compared.clone();
+    let refitted_first = compared.refitted.clone();
     if search.weighed_again {
         say("refitting the model with the noise that is seen now", 0.6);
         let floors = search.floors.clone();
@@ -216,7 +216,8 @@ fn searched<'c>(
     let mut judging = |step: &str, done: f64| say(step, 0.65 + 0.2 * done);
     let mut selection = search.judge(found, &compared.refitted, &mut judging);
     if let Some(first) = search.back_to_the_first(&selection) {
-        compared = weighed_first;
+        let floors = search.floors.clone();
+        compared = settle(search.study, &given, &refitted_first, floors)?;
         selection = search.judge(first, &compared.refitted, &mut judging);
     }
     let mut tests = search.study.adequacies(&compared.refitted_on_all, &compared.floors);

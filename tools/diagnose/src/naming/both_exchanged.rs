@@ -89,6 +89,7 @@ mod tests {
                 tried: Vec::new(),
                 rivals: rivals.to_vec(),
                 judged: Vec::new(),
+                kept: Vec::new(),
                 left_out: Vec::new(),
                 explained_share: None,
             };

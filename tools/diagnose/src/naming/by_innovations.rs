@@ -202,6 +202,7 @@ mod tests {
                 tried: Vec::new(),
                 rivals: Vec::new(),
                 judged: Vec::new(),
+                kept: Vec::new(),
                 left_out: Vec::new(),
                 explained_share: Some(0.9),
             };

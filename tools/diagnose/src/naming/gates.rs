@@ -11,7 +11,7 @@
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at 1.1 times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains, of the training or of the held-out recordings: is the held-out gain beyond doubt |
-//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or do what no other laws together could, or is it beyond doubt and alone in coming near or all that is left foreign |
+//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or most and others were tried in its place in vain, or do what no other laws together could, or is it beyond doubt and alone in coming near or all that is left foreign |
 //!
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
@@ -23,6 +23,7 @@ use crate::intervals::{Consistency, Scatter};
 use crate::options::Options;
 use crate::result::Gate;
 use crate::stacking::{RecordFit, Stack};
+use crate::verdict::MOST_OF_ITS_OWN;
 
 /// How much better one model predicts than another, in standard errors.
 ///
@@ -165,7 +166,9 @@ impl Trialled<'_> {
     pub(crate) fn is_unrivalled(&self, rivalry: Option<Rivalry>, options: &Options) -> bool {
         let is_its_own =
             |rivalry: Rivalry| rivalry.own_share > OWN || (rivalry.leads && self.is_beyond_doubt(options));
-        self.least_share() > NEARLY_ALL || rivalry.is_some_and(is_its_own)
+        let is_kept = rivalry.is_some_and(|rivalry| rivalry.is_kept);
+        let (least, is_its_own) = (self.least_share(), rivalry.is_some_and(is_its_own));
+        least > NEARLY_ALL || (is_kept && least > MOST_OF_ITS_OWN) || is_its_own
     }
 }
 
@@ -416,13 +419,13 @@ mod tests {
     }
 
     /// A law that takes these shares off what noise does not explain, found by a search that time has ended.
-    fn cut_short(training: f64, held_out: f64, own: f64, leads: bool) -> bool {
+    fn cut_short(training: f64, held_out: f64, rivalry: Rivalry) -> bool {
         let improvement = Improvement { z: 50.0, worst_z: 20.0, gain_db: 20.0 };
         let closer = Closer {
             consistency: None,
             stable: true,
             rest: Some(1.0),
-            cut_short: Some(Rivalry { own_share: own, leads }),
+            cut_short: Some(rivalry),
             rest_is_foreign: false,
         };
         let parameters = [("force".to_owned(), 1.0, 0.01, 0.0, f64::INFINITY)];
@@ -558,19 +561,21 @@ mod tests {
 
     #[test]
     fn a_search_that_time_has_ended_names_what_leaves_nearly_nothing_or_does_what_no_others_do() {
-        assert!(cut_short(0.999, 0.99, 0.0, false), "nothing is left for another law to do");
+        let own = |own_share: f64| Rivalry { own_share, leads: false, is_kept: false };
+        assert!(cut_short(0.999, 0.99, own(0.0)), "nothing is left for another law to do");
+        assert!(cut_short(0.66, 0.66, own(0.98)), "a line beside a random force: no other law makes a line");
         assert!(
-            cut_short(0.66, 0.66, 0.98, false),
-            "a line beside a random force: no other law makes a line"
-        );
-        assert!(
-            !cut_short(0.94, 0.97, 0.05, false),
+            !cut_short(0.94, 0.97, own(0.05)),
             "dry friction in place of friction with a dip at low speed"
         );
         assert!(
-            !cut_short(0.999, 0.78, 0.05, false),
+            !cut_short(0.999, 0.78, own(0.05)),
             "what was fitted is not what is there on other recordings"
         );
-        assert!(cut_short(0.92, 0.7, 0.05, true), "a sensor without a sign: nothing else came near");
+        let leads = Rivalry { leads: true, ..own(0.05) };
+        assert!(cut_short(0.92, 0.7, leads), "a sensor without a sign: nothing else came near");
+        let kept = Rivalry { is_kept: true, ..own(0.02) };
+        assert!(cut_short(0.94, 0.93, kept), "all others were looked for in its place");
+        assert!(!cut_short(0.7, 0.7, kept), "others may share its work");
     }
 }

@@ -52,6 +52,8 @@ pub(super) struct FoundInPieces {
     pub(super) held_out_starts: Vec<Vec<f64>>,
     /// What the screen saw of all laws in the pieces.
     pub(super) screened: Vec<Screened>,
+    /// Sums of squares that the other laws leave of the whole recordings that were followed through them.
+    pub(super) others_left: Vec<f64>,
 }
 
 impl Search<'_> {
@@ -117,9 +119,11 @@ impl Search<'_> {
             let held_out_starts = held_out.map(|fit| fit.initial).collect();
             Some((laws, finished, held_out_starts))
         });
-        let (laws, fitted, held_out_starts) =
-            followed.min_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares))?;
-        Some(FoundInPieces { laws, fitted, floors, held_out_starts, screened })
+        let mut followed: Vec<(Vec<usize>, Fitted, Vec<Vec<f64>>)> = followed.collect();
+        followed.sort_by(|a, b| a.1.sum_of_squares.total_cmp(&b.1.sum_of_squares));
+        let others_left = followed.iter().skip(1).map(|(_, fitted, _)| fitted.sum_of_squares).collect();
+        let (laws, fitted, held_out_starts) = followed.into_iter().next()?;
+        Some(FoundInPieces { laws, fitted, floors, held_out_starts, screened, others_left })
     }
 
     /// Whether one law, as the screen sees it, would take most of what a refit leaves: pieces of a driven

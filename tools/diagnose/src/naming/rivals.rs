@@ -18,6 +18,11 @@ const LEAD: f64 = 2.0;
 /// So many times the separation of two sets behind, a set that has been fitted for a while is no rival.
 const FAR_BEHIND: f64 = 10.0;
 
+/// A round is decided by a law that takes this share of what was left ...
+const DECISIVE: f64 = 0.95;
+/// ... while every other leaves at least so many times as much as it does.
+const FAR_AHEAD: f64 = 10.0;
+
 /// What a search that may have been ended knows about other laws.
 pub(super) struct Rivals<'s> {
     /// Whether time ended it.
@@ -25,6 +30,8 @@ pub(super) struct Rivals<'s> {
     screened: &'s [Screened],
     /// The law that was found first, if it leads.
     leader: Option<usize>,
+    /// Laws in whose place others were looked for in vain.
+    kept: &'s [usize],
 }
 
 /// What speaks against other laws in one law's place.
@@ -34,6 +41,8 @@ pub(crate) struct Rivalry {
     pub(crate) own_share: f64,
     /// Whether the law stands alone and every other that was fitted in its place left far more.
     pub(crate) leads: bool,
+    /// Whether others were looked for in its place, beside another law, in time, and none did better.
+    pub(crate) is_kept: bool,
 }
 
 impl<'s> Rivals<'s> {
@@ -41,13 +50,13 @@ impl<'s> Rivals<'s> {
     pub(super) fn of(selection: &'s Selection, is_over: bool) -> Self {
         let leader = selection.first.as_ref().and_then(|first| first.found.laws.first().copied());
         let is_cut_short = is_over || !selection.left_out.is_empty();
-        Self { is_cut_short, screened: &selection.screened, leader }
+        Self { is_cut_short, screened: &selection.screened, leader, kept: &selection.kept }
     }
 
     /// Of a law in a set of laws.
     pub(super) fn beside(&self, laws: &[usize], law: usize) -> Rivalry {
         let leads = laws.len() == 1 && self.leader == Some(law);
-        Rivalry { own_share: own_share(self.screened, law), leads }
+        Rivalry { own_share: own_share(self.screened, law), leads, is_kept: self.kept.contains(&law) }
     }
 }
 
@@ -62,11 +71,34 @@ pub(crate) struct First {
 impl First {
     /// Of those fitted in one round; `None` where it does not lead.
     pub(super) fn of(found: &Tried, round: &[Tried], floors: &[Option<NoiseFloor>]) -> Option<Self> {
-        let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
-        let mut others = round.iter().filter(|tried| tried.candidate != found.candidate).peekable();
-        let leads = others.peek().is_some() && others.all(|other| left(other) > LEAD * left(found));
-        leads.then(|| Self { found: found.member.clone(), floors: floors.to_vec() })
+        let others = round.iter().filter(|tried| tried.candidate != found.candidate);
+        let left: Vec<f64> = others.map(|other| other.member.fitted.sum_of_squares).collect();
+        Self::ahead_of(&found.member, &left, floors)
     }
+
+    /// Of a set of one law, and what others leave that were fitted in its place; `None` where it does not
+    /// lead.
+    pub(super) fn ahead_of(
+        found: &Member,
+        others_left: &[f64],
+        floors: &[Option<NoiseFloor>],
+    ) -> Option<Self> {
+        let least = others_left.iter().copied().min_by(f64::total_cmp)?;
+        let leads = least > LEAD * found.fitted.sum_of_squares;
+        leads.then(|| Self { found: found.clone(), floors: floors.to_vec() })
+    }
+}
+
+/// Whether one law that passes its gates takes nearly all away that `base` leaves, and no other comes near
+/// that was worth a fit: then what it leaves is for further laws, and the first is looked for nowhere else.
+pub(super) fn is_decided(base: &Member, tried: &[Tried]) -> bool {
+    let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+    let best = tried.iter().filter(|tried| tried.passes()).min_by(|a, b| left(a).total_cmp(&left(b)));
+    best.is_some_and(|best| {
+        let mut others = tried.iter().filter(|other| other.candidate != best.candidate);
+        left(best) < (1.0 - DECISIVE) * base.fitted.sum_of_squares
+            && others.all(|other| left(other) > FAR_AHEAD * left(best))
+    })
 }
 
 impl Search<'_> {
@@ -174,6 +206,31 @@ mod tests {
                 First::of(found, std::slice::from_ref(found), &search.floors).is_none(),
                 "nothing was compared"
             );
+        });
+    }
+
+    #[test]
+    fn a_round_is_decided_by_a_law_that_does_nearly_all_and_far_more_than_any_other() {
+        around_a_hardening_spring(|_, refitted, tried| {
+            let [found, other, ..] = &tried[..] else { panic!("two laws are tried") };
+            let mut found = found.clone();
+            found.gates.iter_mut().for_each(|gate| gate.passed = true);
+            let decided = |share_left: f64, times: f64| {
+                let mut base = refitted.clone();
+                base.fitted.sum_of_squares = found.member.fitted.sum_of_squares / share_left;
+                let mut other = other.clone();
+                other.member.fitted.sum_of_squares = times * found.member.fitted.sum_of_squares;
+                is_decided(&base, &[found.clone(), other])
+            };
+            assert!(decided(0.04, 11.0));
+            assert!(!decided(0.06, 11.0), "much is left");
+            assert!(!decided(0.04, 9.0), "another comes near");
+            let mut much = refitted.clone();
+            much.fitted.sum_of_squares = 100.0 * found.member.fitted.sum_of_squares;
+            assert!(is_decided(&much, std::slice::from_ref(&found)), "no other was worth a fit");
+            let mut refused = found.clone();
+            refused.gates[0].passed = false;
+            assert!(!is_decided(&much, &[refused]), "it does not pass");
         });
     }
 

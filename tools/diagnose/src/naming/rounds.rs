@@ -8,7 +8,7 @@ use stillbeam_recording::Role;
 
 use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, Trialled, gates, improvement, pulls_back};
 use super::other_refits::take_better;
-use super::rivals::Rivalry;
+use super::rivals::{Rivalry, is_decided};
 use super::screening::{Leaving, Screened, screen};
 use super::selection::Search;
 use super::sets::Member;
@@ -134,7 +134,7 @@ impl Search<'_> {
             return self.looked_for_around_refit(base, place);
         };
         let (seen, mut tried) = self.tried_around(&drawing, Beside { rival: base, drawing: None, place });
-        if place.is_none() {
+        if place.is_none() && !is_decided(base, &tried) {
             take_better(&mut tried, self.gross_laws(base));
         }
         if place.is_some() || tried.iter().any(Tried::passes) || self.is_over() {
@@ -168,9 +168,13 @@ impl Search<'_> {
             tried.extend(around);
         }
         tried.extend(self.hidden_laws(base, &screened, &tried));
-        tried = self.tried_around_other_refits(base, tried);
+        if !is_decided(base, &tried) {
+            tried = self.tried_around_other_refits(base, tried);
+        }
         tried.extend(self.laws_seen_as_well(base, &screened, &tried));
-        take_better(&mut tried, self.gross_laws(base));
+        if !is_decided(base, &tried) {
+            take_better(&mut tried, self.gross_laws(base));
+        }
         (screened, tried)
     }
 

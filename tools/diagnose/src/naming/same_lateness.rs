@@ -83,6 +83,7 @@ mod tests {
             screened: Vec::new(),
             first: None,
             tried: Vec::new(),
+            kept: Vec::new(),
             left_out: Vec::new(),
             explained_share: None,
         }

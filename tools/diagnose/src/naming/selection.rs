@@ -40,6 +40,8 @@ pub(crate) struct Selection {
     pub(crate) rivals: Vec<Member>,
     /// The judgement of every law in the chosen set, against the set without it.
     pub(crate) judged: Vec<Tried>,
+    /// Laws in whose place, beside others, all laws were looked for, none of which did better.
+    pub(crate) kept: Vec<usize>,
     /// What was not looked for because time was over.
     pub(crate) left_out: Vec<&'static str>,
     /// Share that the chosen set takes off what noise does not explain, where that was reckoned with another
@@ -57,6 +59,7 @@ impl Selection {
             tried: Vec::new(),
             rivals: Vec::new(),
             judged: Vec::new(),
+            kept: Vec::new(),
             left_out: Vec::new(),
             explained_share: None,
         }
@@ -91,6 +94,14 @@ pub(crate) struct Search<'s> {
     pub(crate) rounds: Mutex<HashMap<RoundKey, Round>>,
 }
 
+/// Where a search begins that has looked at pieces of the recordings.
+struct Begun {
+    member: Member,
+    /// The law, if it leads.
+    first: Option<First>,
+    screened: Vec<Screened>,
+}
+
 impl Search<'_> {
     /// Whether no further search is to be begun.
     pub(crate) fn is_over(&self) -> bool {
@@ -108,10 +119,11 @@ impl Search<'_> {
         let mut screened_first = Vec::new();
         let mut tried_first: Vec<Tried> = Vec::new();
         let mut first = None;
-        let mut left_out = Vec::new();
+        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         let mut reached = HashSet::new();
-        if let Some((begun, screened)) = self.begun_in_pieces(&chosen) {
-            (chosen, screened_first) = (self.between_samples_again(begun), screened);
+        if let Some(begun) = self.begun_in_pieces(&chosen) {
+            (first, screened_first) = (begun.first, begun.screened);
+            chosen = self.between_samples_again(begun.member);
         }
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
@@ -142,8 +154,7 @@ impl Search<'_> {
                 first = First::of(&best, &tried_first, &self.floors);
             }
             chosen = self.weighed_again(best.member);
-            chosen = self.in_the_deepest_valleys(self.pruned(chosen));
-            chosen = self.between_samples_again(chosen);
+            chosen = self.settled(chosen);
             // Two laws may each make the other look superfluous, and the third that is missing makes both
             // come back: in circles.
             if !reached.insert(as_set(&chosen.laws)) {
@@ -153,7 +164,7 @@ impl Search<'_> {
                 left_out.push("other laws in place of those chosen");
             } else if chosen.laws.len() > 1 {
                 say("trying other laws in place of those chosen", done + 0.1);
-                chosen = self.swapped(chosen);
+                chosen = self.swapped(chosen, &mut kept);
                 if self.is_over() {
                     left_out.push("other laws in place of those chosen");
                 }
@@ -166,13 +177,24 @@ impl Search<'_> {
             tried: tried_first,
             rivals: Vec::new(),
             judged: Vec::new(),
+            kept,
             left_out,
             explained_share: None,
         }
     }
 
+    /// A set after an addition: read as the input goes between its samples, no law in it that can go, and each
+    /// in the valley that fits best.
+    fn settled(&mut self, member: Member) -> Member {
+        // In the right valley the reading of the input may leave nothing to look for in others.
+        let read = self.between_samples_again(member);
+        let before = read.fitted.sum_of_squares;
+        let deepest = self.in_the_deepest_valleys(self.pruned(read));
+        if deepest.fitted.sum_of_squares < before { self.between_samples_again(deepest) } else { deepest }
+    }
+
     /// Where the search begins if the refit is out of phase with the recordings, and what was seen there.
-    fn begun_in_pieces(&mut self, refitted: &Member) -> Option<(Member, Vec<Screened>)> {
+    fn begun_in_pieces(&mut self, refitted: &Member) -> Option<Begun> {
         let found = self.found_in_pieces(refitted)?;
         self.held_out_starts = found.held_out_starts;
         if self.study.much_lower(&found.floors, &self.floors) {
@@ -182,7 +204,8 @@ impl Search<'_> {
             self.forget_rounds();
         }
         let member = self.member(found.laws, found.fitted)?;
-        Some((self.weighed_again(member), found.screened))
+        let first = First::ahead_of(&member, &found.others_left, &self.floors);
+        Some(Begun { member: self.weighed_again(member), first, screened: found.screened })
     }
 
     /// Of those that pass all gates the one that fits best; or one with fewer parameters where the best is
@@ -245,8 +268,9 @@ impl Search<'_> {
         member.fitted.sum_of_squares > MUCH * noise && self.rest(member) == Rest::Structured
     }
 
-    /// Exchanges laws for others that fit better, one after another.
-    fn swapped(&self, mut member: Member) -> Member {
+    /// Exchanges laws for others that fit better, one after another; adds to `kept` those that none was found
+    /// for.
+    fn swapped(&self, mut member: Member, kept: &mut Vec<usize>) -> Member {
         for place in 0..member.laws.len() {
             if self.is_over() {
                 break;
@@ -262,6 +286,8 @@ impl Search<'_> {
                 && self.better_by(&member, &best.member) > least(&best)
             {
                 member = best.member;
+            } else if !self.is_over() {
+                kept.push(old.law);
             }
         }
         member
@@ -298,6 +324,7 @@ mod tests {
                 tried: Vec::new(),
                 rivals: vec![Member { laws: vec![2, 5], ..refitted }],
                 judged: Vec::new(),
+                kept: Vec::new(),
                 left_out: Vec::new(),
                 explained_share: None,
             };
@@ -324,6 +351,25 @@ mod tests {
             let refitted = search.reweighted(refitted).unwrap();
             assert!(search.leaves_much(&refitted));
             assert!(!search.leaves_much(&found));
+        });
+    }
+
+    #[test]
+    fn a_law_is_kept_in_whose_place_nothing_does_better_and_an_exchanged_one_is_not() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let mut truth = machine();
+        truth.setup_mut().physics = vec![spring.clone()];
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+            let swapped = |law: &Physics| {
+                let (mut kept, set) = (Vec::new(), fitted_with(search, &refitted, law));
+                (set.laws.clone(), search.swapped(set, &mut kept).laws, kept)
+            };
+            let (right, after, kept) = swapped(&spring);
+            assert_eq!((&after, &kept), (&right, &right));
+            let (wrong, after, kept) = swapped(&Physics::new("quadratic_drag", "mass").with("drag", 5.0));
+            assert_ne!(after, wrong);
+            assert!(kept.is_empty());
         });
     }
 }

@@ -33,6 +33,7 @@ mod band_models;
 mod column;
 mod common_clock;
 mod comparison;
+mod decay_fit;
 mod decay_model;
 mod decay_modes;
 mod decay_report;

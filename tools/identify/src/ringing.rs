@@ -8,14 +8,12 @@ use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
 use crate::magnitude::refuse_magnitude;
-use crate::modal_response::{Pole, free_response};
 use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy, without_trend};
 use crate::result::Rejected;
 use crate::signal_checks::clipping;
 use crate::sound_part::SoundPart;
-use crate::tall::Orthonormal;
 use crate::time_stamps::stamp_warnings;
-use crate::tones::{Tone, find_tones};
+use crate::tones::{Tone, find_tones, tones_over};
 use crate::warnings::{Warning, WarningKind};
 
 /// A recording that is to be read as a free decay.
@@ -133,6 +131,16 @@ impl<'r> Ringing<'r> {
         let lasts = |tone: &&Tone| tone.window_s[1] - tone.window_s[0] > ALL_THE_TIME * all_s;
         let basis = tones_over(self.tones.iter().filter(lasts), &self.time_s);
         basis.remove_from(&mut self.values);
+    }
+
+    /// Whether nothing but the mains hums.
+    pub(crate) fn only_hums(&self) -> bool {
+        self.tones.iter().all(|tone| tone.is_hum)
+    }
+
+    /// Whether a frequency is that of a driven line.
+    pub(crate) fn is_tone(&self, frequency_hz: f64, bin_hz: f64) -> bool {
+        self.tones.iter().any(|tone| tone.is_at(frequency_hz, bin_hz))
     }
 
     /// Takes the straight line out of a signal that is mostly one: of several knocks, or of ringing that hardly
@@ -329,20 +337,19 @@ impl<'r> Ringing<'r> {
     }
 }
 
-/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that
-/// leaves grows with time.
-fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orthonormal {
-    let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
-    let mut basis = Orthonormal::default();
-    for tone in tones {
-        let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
-        for column in free_response(pole, 0.0, &since) {
-            let turned: Vec<f64> = column.iter().zip(&since).map(|(y, t)| y * t).collect();
-            basis.push(column);
-            basis.push(turned);
-        }
+/// The row at which a structure that is held at its largest deflection is let go; `None` where it is not.
+fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
+    let held = |row: &usize| (values[*row] - values[first]).abs() < HELD * deflection;
+    let last = (first..values.len()).take_while(held).last()?;
+    (last > first).then_some(last)
+}
+
+/// Takes out what the sensor drifts by: else it would be farthest away at an end of the record, whatever
+/// rings. Returns by how much it drifts. Of what is driven nothing is taken out: slow lines are no drift.
+pub(crate) fn take_drift_out(time_s: &[f64], values: &mut [f64]) -> Option<f64> {
+fn too_short(&self, found: usize) -> IdentifyError {
+        too_short(self.recording, &self.column, found)
     }
-    basis
 }
 
 /// The row at which a structure that is held at its largest deflection is let go; `None` where it is not.
@@ -356,13 +363,16 @@ fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
 /// rings. Returns by how much it drifts. Of what is driven nothing is taken out: slow lines are no drift.
 pub(crate) fn take_drift_out(time_s: &[f64], values: &mut [f64]) -> Option<f64> {
     let drift = drift(time_s, values)?;
+    let still: Vec<f64> = values.iter().zip(&drift).map(|(y, drift)| y - drift).collect();
+    let mut beneath = still.clone();
+    take_hum_out(time_s, &mut beneath);
     if matches!(
-        recognise_signal(time_s, values).kind,
+        recognise_signal(time_s, &beneath).kind,
         RecordKind::Multisine | RecordKind::Tone | RecordKind::Sweep
     ) {
         return None;
     }
-    values.iter_mut().zip(&drift).for_each(|(y, drift)| *y -= drift);
+    values.copy_from_slice(&still);
     Some(extent(&drift))
 }
 
@@ -395,6 +405,11 @@ impl DecayRecord {
         let signal = mean_square(&self.output) - noise;
         let left = (residual_rms.powi(2) - noise).max(0.0);
         if signal > 0.0 { 1.0 - left / signal } else { 0.0 }
+    }
+
+    /// Its first and its last stamp in the recording's time, s.
+    pub(crate) fn window_s(&self) -> [f64; 2] {
+        [self.origin_s, self.origin_s + self.duration_s()]
     }
 
     pub(crate) fn duration_s(&self) -> f64 {

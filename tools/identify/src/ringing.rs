@@ -13,7 +13,7 @@ use crate::result::Rejected;
 use crate::signal_checks::clipping;
 use crate::sound_part::SoundPart;
 use crate::time_stamps::stamp_warnings;
-use crate::tones::{Tone, find_tones, tones_over};
+use crate::tones::{Tone, find_tones, take_hum_out, tones_over};
 use crate::warnings::{Warning, WarningKind};
 
 /// A recording that is to be read as a free decay.
@@ -333,21 +333,6 @@ impl<'r> Ringing<'r> {
 
     /// The error of a decay with too few samples.
     pub(crate) fn too_short(&self, found: usize) -> IdentifyError {
-        too_short(self.recording, &self.column, found)
-    }
-}
-
-/// The row at which a structure that is held at its largest deflection is let go; `None` where it is not.
-fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
-    let held = |row: &usize| (values[*row] - values[first]).abs() < HELD * deflection;
-    let last = (first..values.len()).take_while(held).last()?;
-    (last > first).then_some(last)
-}
-
-/// Takes out what the sensor drifts by: else it would be farthest away at an end of the record, whatever
-/// rings. Returns by how much it drifts. Of what is driven nothing is taken out: slow lines are no drift.
-pub(crate) fn take_drift_out(time_s: &[f64], values: &mut [f64]) -> Option<f64> {
-fn too_short(&self, found: usize) -> IdentifyError {
         too_short(self.recording, &self.column, found)
     }
 }

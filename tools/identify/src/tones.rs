@@ -81,6 +81,13 @@ pub(crate) fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f6
     basis
 }
 
+/// Takes the hum of the mains out of a signal; whether there was any.
+pub(crate) fn take_hum_out(time_s: &[f64], values: &mut [f64]) -> bool {
+    let tones = find_tones(&Uniform::new(time_s, values));
+    tones_over(tones.iter().filter(|tone| tone.is_hum), time_s).remove_from(values);
+    tones.iter().any(|tone| tone.is_hum)
+}
+
 /// Peaks this far above the floor around them (a power ratio, 14 dB) are looked at, so many at most.
 const ABOVE_FLOOR: f64 = 25.0;
 const MOST: usize = 10;

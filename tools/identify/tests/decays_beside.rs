@@ -1,0 +1,116 @@
+//! Decays beside what does not ring: sensors that creep and the mains' hum.
+
+mod synthetic;
+
+use std::f64::consts::{PI, TAU};
+
+use stillbeam_identify::{
+    FreeDecayOptions, IdentifiedModes, RecordKind, WarningKind, identify_free_decay, recognise,
+};
+use stillbeam_recording::Recording;
+use synthetic::kinds::{between, ratio_between, whole};
+use synthetic::{Mode, Noise, ring_down};
+
+const TIP: &str = "tip_deflection_m";
+
+/// Modes that ring with like amplitudes, their frequencies in these ratios at least.
+fn modes(noise: &mut Noise, count: usize, damping: [f64; 2]) -> Vec<Mode> {
+    let mut frequency_hz = between(noise, 4.0, 9.0);
+    (0..count)
+        .map(|index| {
+            if index > 0 {
+                frequency_hz *= between(noise, 1.5, 2.3);
+            }
+            Mode {
+                frequency_hz,
+                damping_ratio: ratio_between(noise, damping[0], damping[1]),
+                participation: if index == 0 { 1.0 } else { between(noise, 0.25, 0.7) },
+            }
+        })
+        .collect()
+}
+
+/// A decay with noise and something beside it, over time (s) and the share of the record that has passed.
+fn record(
+    modes: &[Mode],
+    (rate_hz, periods): (f64, f64),
+    noise: &mut Noise,
+    beside: impl Fn(f64, f64) -> f64,
+) -> Recording {
+    let rows = (periods * rate_hz / modes[0].frequency_hz) as usize;
+    let errors: Vec<f64> = (0..rows).map(|_| 3e-3 * noise.normal()).collect();
+    ring_down(modes, rate_hz, rows, 0.2, |k| errors[k] + beside(k as f64 / rate_hz, k as f64 / rows as f64))
+}
+
+fn identified(record: &Recording) -> IdentifiedModes {
+    let options = FreeDecayOptions { cross_checks: false, ..FreeDecayOptions::new(TIP) };
+    identify_free_decay(record, &options).unwrap()
+}
+
+fn assert_right(found: &IdentifiedModes, truth: &[Mode], damping: f64, what: &str) {
+    assert_eq!(found.modes.len(), truth.len(), "{what}: {:?} {truth:?}", found.modes);
+    for (own, truth) in found.modes.iter().zip(truth) {
+        assert!(
+            (own.frequency_hz.value / truth.frequency_hz - 1.0).abs() < 1e-3,
+            "{what}: {own:?} {truth:?}"
+        );
+        let ratio = own.damping_ratio.value / truth.damping_ratio;
+        assert!((ratio - 1.0).abs() < damping, "{what}: {own:?} {truth:?}");
+    }
+}
+
+/// A creep by the logarithm of time, a course that bends at its end, and two that turn back.
+const COURSES: [fn(f64) -> f64; 4] =
+    [|x| (20.0 * x).ln_1p() / 3.0, |x| x.powi(3) - 0.2 * x, |x| (0.8 * PI * x).sin(), |x| x - x.powi(3)];
+
+#[test]
+fn a_decay_beside_a_drift_that_bends_or_turns_back_is_recognised_with_all_its_modes() {
+    for seed in 0..12_u64 {
+        let mut noise = Noise(41 * seed + 5);
+        let count = 1 + seed as usize % 4;
+        let truth = modes(&mut noise, count, [0.006, 0.02]);
+        let (size, course) = (ratio_between(&mut noise, 1.0, 6.0), COURSES[seed as usize % COURSES.len()]);
+        let record = record(&truth, (400.0, 40.0), &mut noise, |_, x| size * course(x));
+        assert_eq!(recognise(&record, TIP).unwrap().kind, RecordKind::FreeDecay, "{seed}");
+        assert_right(&identified(&record), &truth, 0.1, &format!("{seed}"));
+    }
+}
+
+/// The mains with harmonics, a per mille off.
+fn hum(noise: &mut Noise) -> (f64, impl Fn(f64) -> f64 + use<>) {
+    let mains_hz = if noise.even() < 0.5 { 50.0 } else { 60.0 } * between(noise, 0.9995, 1.0005);
+    let harmonics = whole(noise, 1, 3);
+    let size = ratio_between(noise, 0.03, 0.6);
+    let sum = move |t: f64| {
+        let one = |k: usize| (TAU * mains_hz * k as f64 * t + k as f64).sin() / k as f64;
+        size * (1..=harmonics).map(one).sum::<f64>()
+    };
+    (mains_hz, sum)
+}
+
+#[test]
+fn hum_is_told_and_neither_hides_a_mode_nor_is_one_in_long_and_in_short_records() {
+    for seed in 0..24_u64 {
+        let mut noise = Noise(73 * seed + 3);
+        let truth = modes(&mut noise, 1 + seed as usize % 3, [0.005, 0.03]);
+        let (mains_hz, hum) = hum(&mut noise);
+        if truth
+            .iter()
+            .any(|mode| (1..4).any(|k| (mode.frequency_hz / (f64::from(k) * mains_hz)).ln().abs() < 0.05))
+        {
+            continue;
+        }
+        let periods = if seed % 2 == 0 { 60.0 } else { 9.0 };
+        let drift = if seed % 3 == 0 { between(&mut noise, 0.5, 3.0) } else { 0.0 };
+        let course = COURSES[seed as usize % COURSES.len()];
+        let record = record(&truth, (700.0, periods), &mut noise, |t, x| hum(t) + drift * course(x));
+        assert_eq!(recognise(&record, TIP).unwrap().kind, RecordKind::FreeDecay, "{seed}");
+        let found = identified(&record);
+        assert_right(&found, &truth, 0.15, &format!("{seed}"));
+        let told = |kind: &WarningKind| {
+            matches!(kind, WarningKind::ToneInRecord { frequency_hz, reason }
+                if (frequency_hz / mains_hz - 1.0).abs() < 3e-3 && reason.contains("mains"))
+        };
+        assert!(found.warnings.iter().any(|warning| told(&warning.kind)), "{seed}: {:?}", found.warnings);
+    }
+}

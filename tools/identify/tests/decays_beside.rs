@@ -76,6 +76,21 @@ fn a_decay_beside_a_drift_that_bends_or_turns_back_is_recognised_with_all_its_mo
     }
 }
 
+#[test]
+fn ringing_that_hardly_falls_beside_a_drift_is_a_decay_and_lines_that_do_not_fall_are_none() {
+    for seed in 0..12_u64 {
+        let mut noise = Noise(57 * seed + 11);
+        let truth = modes(&mut noise, 2 + seed as usize % 3, [0.0008, 0.0015]);
+        let (size, course) = (ratio_between(&mut noise, 0.5, 4.0), COURSES[seed as usize % COURSES.len()]);
+        let ringing = record(&truth, (500.0, 25.0), &mut noise, |_, x| size * course(x));
+        assert_eq!(recognise(&ringing, TIP).unwrap().kind, RecordKind::FreeDecay, "{seed}");
+        assert_right(&identified(&ringing), &truth, 0.3, &format!("{seed}"));
+        let steady: Vec<Mode> = truth.iter().map(|mode| Mode { damping_ratio: 0.0, ..*mode }).collect();
+        let steady = record(&steady, (500.0, 25.0), &mut noise, |_, x| size * course(x));
+        assert_ne!(recognise(&steady, TIP).unwrap().kind, RecordKind::FreeDecay, "{seed}");
+    }
+}
+
 /// The mains with harmonics, a per mille off.
 fn hum(noise: &mut Noise) -> (f64, impl Fn(f64) -> f64 + use<>) {
     let mains_hz = if noise.even() < 0.5 { 50.0 } else { 60.0 } * between(noise, 0.9995, 1.0005);

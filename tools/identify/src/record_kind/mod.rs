@@ -170,7 +170,7 @@ pub(crate) fn recognise_signal(time_s: &[f64], values: &[f64]) -> Recognised {
     }
     // Before what repeats: without noise a decay is nothing but its lines, and they repeat as long as they
     // last.
-    if course::is_decay(&signal, interval_s) {
+    if course::is_decay(&signal, interval_s) || course::hardly_falls(&signal, interval_s) {
         return Recognised::of(RecordKind::FreeDecay);
     }
     let tone = lines::tone(&signal, interval_s);

@@ -25,6 +25,7 @@ use crate::separable::{Projected, span};
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::time_stamps::are_uneven;
 use crate::tones::Tone;
+use crate::unexplained::unexplained;
 use crate::warning_merge::merged;
 use crate::warnings::{Quantity, Warning, WarningKind};
 
@@ -75,6 +76,8 @@ pub(crate) fn report(
     }
     rejected.extend(opinions.rejected(&modes));
     warnings.extend(fit_warnings(minimum));
+    let of_record = (&record.time_s[..], &record.output[..], &refined.residuals[..]);
+    warnings.extend(unexplained(&record.column, of_record, |hz, bin_hz| ringing.is_tone(hz, bin_hz)));
     let fitted = FittedRecord {
         name: &record.name,
         first_row: 0,

@@ -86,6 +86,7 @@ pub mod tall;
 mod time_shifts;
 mod time_stamps;
 mod tones;
+mod unexplained;
 mod unrecorded_sweep;
 mod warning_merge;
 mod warnings;

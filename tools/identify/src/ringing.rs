@@ -10,7 +10,6 @@ use crate::free_decay::FreeDecayOptions;
 use crate::magnitude::refuse_magnitude;
 use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy, without_trend};
 use crate::result::Rejected;
-use crate::signal_checks::clipping;
 use crate::sound_part::SoundPart;
 use crate::time_stamps::stamp_warnings;
 use crate::tones::{Tone, find_tones, take_hum_out, tones_over};
@@ -30,6 +29,8 @@ pub(crate) struct Ringing<'r> {
     released: Option<(usize, f64)>,
     /// The first row that can be believed.
     first: usize,
+    /// The row at which the sensor was first overdriven.
+    overdriven: Option<usize>,
     /// Samples that are not fitted.
     pub(crate) left_out: Vec<Rejected>,
     /// Driven lines anywhere in the recording.
@@ -90,8 +91,7 @@ impl<'r> Ringing<'r> {
         let mut all = readings(recording, &options.output)?;
         refuse_constant(recording, &options.output, &all.values)?;
         refuse_magnitude(recording, &options.output, &all.values)?;
-        let mut warnings = clipping(&options.output, &all.values);
-        warnings.extend(stamp_warnings(&recording.name, &all.time_s, &all.values));
+        let mut warnings = stamp_warnings(&recording.name, &all.time_s, &all.values);
         warnings.extend(std::mem::take(&mut all.remarks).into_iter().map(Warning::from));
         if let Some(end_s) = options.end_s {
             let rows = all.time_s.partition_point(|t| *t <= end_s);
@@ -114,7 +114,8 @@ impl<'r> Ringing<'r> {
             column: options.output.clone(),
             kind: RecordKind::FreeDecay,
             released: None,
-            first: options.start_s.is_none().then(|| sound.after_clipping()).flatten().unwrap_or(0),
+            first: 0,
+            overdriven: sound.overdriven,
             left_out: sound.left_out,
             time_s: sound.time_s,
             values: sound.values,
@@ -273,14 +274,16 @@ impl<'r> Ringing<'r> {
         }
         let rest = self.rest();
         let away: Vec<f64> = self.values.iter().map(|value| (value - rest).abs()).collect();
-        let first = (self.first..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        let top = (self.first..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        // Where it was overdriven it was larger still.
+        let first = self.overdriven.filter(|row| (self.first..top).contains(row)).unwrap_or(top);
         let end = self.end_of_decay(first);
         let later = STARTS.iter().filter_map(|share| {
-            let last = (first..end).rev().find(|&k| away[k] >= share * away[first])?;
+            let last = (first..end).rev().find(|&k| away[k] >= share * away[top])?;
             let enough = (end - last) as f64 > LEAST_LEFT * (end - first) as f64;
             (last > first && enough).then_some(last)
         });
-        let let_go = let_go(&self.values, first, away[first]);
+        let let_go = let_go(&self.values, first, away[top]);
         std::iter::once(first).chain(let_go).chain(later).collect()
     }
 

@@ -120,6 +120,9 @@ pub enum WarningKind {
         level: f64,
         /// Samples at that value.
         samples: usize,
+        /// Whether the fit does without them.
+        #[serde(default)]
+        left_out: bool,
     },
     /// Single samples far outside all around them: set aside.
     WildSamples {
@@ -418,8 +421,13 @@ impl WarningKind {
                 quantity.words(),
                 (early - late).abs() / stderr
             ),
-            Self::Clipping { column, level, samples } => format!(
-                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping; record with a larger range, or begin behind it (`--start`)"
+            Self::Clipping { column, level, samples, left_out } => format!(
+                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, {}; record with a larger range",
+                if *left_out {
+                    "and these samples were left out"
+                } else {
+                    "which spoils amplitude and damping"
+                }
             ),
             Self::WildSamples { column, samples } => {
                 let named: Vec<String> =

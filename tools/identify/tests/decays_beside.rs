@@ -1,15 +1,16 @@
-//! Decays beside what does not ring: sensors that creep and the mains' hum.
+//! Decays beside what does not ring: sensors that creep, the mains' hum, the ends of a sensor's range.
 
 mod synthetic;
 
 use std::f64::consts::{PI, TAU};
 
 use stillbeam_identify::{
-    FreeDecayOptions, IdentifiedModes, RecordKind, WarningKind, identify_free_decay, recognise,
+    ForcedOptions, FreeDecayOptions, IdentifiedModes, RecordKind, Rejected, WarningKind, identify_forced,
+    identify_free_decay, recognise,
 };
 use stillbeam_recording::Recording;
 use synthetic::kinds::{between, ratio_between, whole};
-use synthetic::{Mode, Noise, ring_down};
+use synthetic::{Mode, Noise, Sweep, clean_sweep, noisy, ring_down};
 
 const TIP: &str = "tip_deflection_m";
 
@@ -127,5 +128,71 @@ fn hum_is_told_and_neither_hides_a_mode_nor_is_one_in_long_and_in_short_records(
                 if (frequency_hz / mains_hz - 1.0).abs() < 3e-3 && reason.contains("mains"))
         };
         assert!(found.warnings.iter().any(|warning| told(&warning.kind)), "{seed}: {:?}", found.warnings);
+    }
+}
+
+/// How many samples were left out because they were cut off.
+fn cut_off(found: &IdentifiedModes) -> usize {
+    let counts = found.rejected.iter().map(|entry| match entry {
+        Rejected::Samples { count, reason, .. } if reason.contains("cut off") => *count,
+        _ => 0,
+    });
+    counts.sum()
+}
+
+/// The quick mode is gone before the sensor is back in its range.
+#[test]
+fn modes_that_ring_while_the_sensor_is_overdriven_are_read_from_between_what_is_cut_off() {
+    for seed in 0..12_u64 {
+        let mut noise = Noise(91 * seed + 29);
+        let slow = Mode {
+            frequency_hz: between(&mut noise, 4.0, 7.0),
+            damping_ratio: ratio_between(&mut noise, 0.002, 0.004),
+            participation: 1.0,
+        };
+        let quick = Mode {
+            frequency_hz: slow.frequency_hz * between(&mut noise, 3.3, 5.7),
+            damping_ratio: ratio_between(&mut noise, 0.012, 0.02),
+            participation: 0.4,
+        };
+        let limit = between(&mut noise, 0.6, 0.8);
+        let mut record = record(&[slow, quick], (400.0, 80.0), &mut noise, |_, _| -0.2);
+        let samples = &mut record.columns[0].samples;
+        let cut = samples.iter().filter(|y| y.abs() >= limit).count();
+        samples.iter_mut().for_each(|y| *y = y.clamp(-limit, limit));
+        let found = identified(&record);
+        assert_right(&found, &[slow, quick], 0.1, &format!("{seed}"));
+        assert_eq!(cut_off(&found), cut, "{seed}: {:?}", found.rejected);
+    }
+}
+
+/// A few samples per period: what lies between is no mode at a multiple of the frequency.
+#[test]
+fn the_gaps_of_a_fast_mode_that_was_cut_off_are_no_modes() {
+    for seed in 0..16_u64 {
+        let mut noise = Noise(17 * seed + 1);
+        let mode = Mode {
+            frequency_hz: between(&mut noise, 45.0, 70.0),
+            damping_ratio: ratio_between(&mut noise, 0.002, 0.006),
+            participation: 1.0,
+        };
+        let limit = between(&mut noise, 0.4, 0.75);
+        let mut record = record(&[mode], (480.0, 130.0), &mut noise, |_, _| -0.2);
+        record.columns[0].samples.iter_mut().for_each(|y| *y = y.clamp(-limit, limit));
+        assert_right(&identified(&record), &[mode], 0.1, &format!("{seed}"));
+    }
+}
+
+#[test]
+fn the_damping_of_a_driven_mode_is_right_where_its_resonance_is_cut_off() {
+    for (seed, limit) in [(1, 0.4), (2, 0.6), (3, 0.8)] {
+        let truth = Mode { frequency_hz: 1.1, damping_ratio: 0.01, participation: 1.566 };
+        let (time_s, clean) = clean_sweep(Sweep::Linear, &[truth], 1);
+        let top = clean.iter().fold(0.0_f64, |top, y| top.max(y.abs()));
+        let mut record = noisy(Sweep::Linear, &time_s, &clean, 1e-3 * top, seed);
+        record.columns[1].samples.iter_mut().for_each(|y| *y = y.clamp(-limit * top, limit * top));
+        let found = identify_forced(&record, &ForcedOptions::new("base_position_m", TIP)).unwrap();
+        assert_right(&found, &[truth], 0.02, &format!("{limit}"));
+        assert!(cut_off(&found) > 5, "{limit}: {:?}", found.rejected);
     }
 }

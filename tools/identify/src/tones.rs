@@ -334,6 +334,22 @@ mod tests {
     }
 
     #[test]
+    fn a_fitted_line_is_hum_where_it_keeps_step_with_the_mains_and_may_not_fall_and_a_mode_else() {
+        let exactly = |value: f64| Estimate { value, stderr: 1e-3 * value };
+        let is_hum = |hz: f64, damping: Estimate, length_s: f64| {
+            Tone::of_line(exactly(hz), damping, [1.0, 1.0 + length_s]).is_some()
+        };
+        for hz in [50.0, 60.03, 99.95, 180.1] {
+            assert!(is_hum(hz, exactly(1e-6), 1.5), "{hz}");
+            // Falls by 0.2 nepers within an error of 0.1.
+            let unsure = 0.1 / (TAU * hz * 1.5);
+            assert!(is_hum(hz, Estimate { value: 2.0 * unsure, stderr: unsure }, 1.5), "{hz}");
+            assert!(!is_hum(hz, exactly(1e-3), 1.5), "{hz}");
+            assert!(!is_hum(1.07 * hz, exactly(1e-6), 1.5), "{hz}");
+        }
+    }
+
+    #[test]
     fn hum_is_a_tone_and_modes_of_any_damping_are_not() {
         let found = find_tones(&uniform(|t| (TAU * 100.0 * t).sin()));
         assert!(found[0].reason.contains("2 times the mains"), "{found:?}");

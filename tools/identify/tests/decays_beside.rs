@@ -62,7 +62,7 @@ fn assert_right(found: &IdentifiedModes, truth: &[Mode], damping: f64, what: &st
 
 /// A creep by the logarithm of time, a course that bends at its end, and two that turn back.
 const COURSES: [fn(f64) -> f64; 4] =
-    [|x| (20.0 * x).ln_1p() / 3.0, |x| x.powi(3) - 0.2 * x, |x| (0.8 * PI * x).sin(), |x| x - x.powi(3)];
+    [|x| (100.0 * x).ln_1p() / 4.6, |x| x.powi(3) - 0.2 * x, |x| (0.8 * PI * x).sin(), |x| x - x.powi(3)];
 
 #[test]
 fn a_decay_beside_a_drift_that_bends_or_turns_back_is_recognised_with_all_its_modes() {
@@ -128,6 +128,57 @@ fn hum_is_told_and_neither_hides_a_mode_nor_is_one_in_long_and_in_short_records(
                 if (frequency_hz / mains_hz - 1.0).abs() < 3e-3 && reason.contains("mains"))
         };
         assert!(found.warnings.iter().any(|warning| told(&warning.kind)), "{seed}: {:?}", found.warnings);
+    }
+}
+
+/// The hum is louder than what is left of the ringing, and the drift than both.
+#[test]
+fn hum_beside_a_drift_hides_no_ringing() {
+    for seed in 0..12_u64 {
+        let mut noise = Noise(29 * seed + 13);
+        let mut truth = modes(&mut noise, 1 + seed as usize % 3, [0.002, 0.005]);
+        truth.iter_mut().for_each(|mode| mode.frequency_hz *= 4.3);
+        let mains_hz = if seed % 2 == 0 { 50.0 } else { 60.0 };
+        let near =
+            |mode: &Mode| (1..4).any(|k| (mode.frequency_hz / (f64::from(k) * mains_hz)).ln().abs() < 0.06);
+        if truth.iter().any(near) {
+            continue;
+        }
+        let size = between(&mut noise, 0.2, 0.4);
+        let drift = between(&mut noise, 0.7, 2.0);
+        let course = COURSES[seed as usize % COURSES.len()];
+        let record = record(&truth, (950.0, 200.0), &mut noise, |t, x| {
+            size * (TAU * mains_hz * t).sin()
+                + 0.5 * size * (2.0 * TAU * mains_hz * t).cos()
+                + drift * course(x)
+        });
+        assert_right(&identified(&record), &truth, 0.1, &format!("{seed}"));
+    }
+}
+
+/// Neither has a peak of its own in the spectrum.
+#[test]
+fn a_mode_that_a_louder_one_beside_it_hides_is_found_in_what_that_leaves() {
+    for seed in 0..24_u64 {
+        let mut noise = Noise(3 * seed + 101);
+        let hidden_hz = between(&mut noise, 1.7, 1.9);
+        let mode = |ratio: f64, damping_ratio: f64, participation: f64| Mode {
+            frequency_hz: ratio * hidden_hz,
+            damping_ratio,
+            participation,
+        };
+        let near = between(&mut noise, 1.28, 1.36);
+        let truth = [
+            mode(1.0, 0.0185, 0.065),
+            mode(near, 0.0355, 0.25),
+            mode(1.96, 0.0025, 0.05),
+            mode(3.95, 0.0084, 0.14),
+        ];
+        let found = identified(&record(&truth, (67.0, 18.0), &mut noise, |_, _| 0.0));
+        assert_eq!(found.modes.len(), truth.len(), "{seed}: {:?}", found.modes);
+        for (own, truth) in found.modes.iter().zip(truth) {
+            assert!((own.frequency_hz.value / truth.frequency_hz - 1.0).abs() < 1e-2, "{seed}: {own:?}");
+        }
     }
 }
 

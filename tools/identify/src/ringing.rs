@@ -166,7 +166,9 @@ impl<'r> Ringing<'r> {
         let found = self.recognised(from);
         match found.kind {
             RecordKind::FreeDecay => {
-                if let Some(until_s) = found.moved_until_s.filter(|_| options.start_s.is_none()) {
+                // What is left of a drift may look like a move before the ringing.
+                let may_have_moved = options.start_s.is_none() && !self.drifts;
+                if let Some(until_s) = found.moved_until_s.filter(|_| may_have_moved) {
                     self.first = self.first.max(self.time_s.partition_point(|t| *t < until_s));
                     self.find_release();
                 }

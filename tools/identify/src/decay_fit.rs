@@ -19,8 +19,8 @@ use crate::whitening::{Whitener, even_runs};
 
 /// How often what a fit leaves is searched.
 const ROUNDS: usize = 3;
-/// How near a find may be to a known mode, as a share of its frequency, and how small beside it, as a share of
-/// its energy, to be what that mode leaves because it does not decay as a linear one does.
+/// How near a find may be to a known mode, as a share of its frequency, and how small beside it, as a share
+/// of its energy, to be what that mode leaves because it does not decay as a linear one does.
 const LEFTOVER: (f64, f64) = (0.05, 0.1);
 /// How near, as a share, to a multiple of a mode's frequency a find of that small an energy is its harmonic,
 /// and the highest multiple.
@@ -39,7 +39,8 @@ pub(crate) struct DecayFit {
 }
 
 impl DecayFit {
-    /// Fits the modes and takes out, one round after the other, those that the whole record does not bear out.
+    /// Fits the modes and takes out, one round after the other, those that the whole record does not bear
+    /// out.
     ///
     /// # Errors
     /// [`IdentifyError`] where too few are left, or the record does not determine them.

@@ -19,8 +19,8 @@ const HIGHEST_POWER: usize = 5;
 /// Times, as shares of the record, in which a charge leaks away; shorter ones are hardly slower than what
 /// rings.
 const LEAKS: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
-/// Times, as shares of the record, after which a creep (of an adhesive, of plastics) goes with the logarithm of
-/// time.
+/// Times, as shares of the record, after which a creep (of an adhesive, of plastics) goes with the
+/// logarithm of time.
 const CREEPS: [f64; 3] = [0.01, 0.04, 0.15];
 /// Periods within the record below which an oscillation is no ringing beside a drift.
 const RINGS: f64 = 3.0;

@@ -64,7 +64,8 @@ fn clipped_sides(samples: &[f64]) -> Vec<(f64, Vec<Range<usize>>)> {
             runs_at(samples, sign * level).into_iter().filter(|run| !is_rest(run)).collect();
         let count: usize = stays.iter().map(Range::len).sum();
         let longest = stays.iter().map(Range::len).max().unwrap_or(0);
-        // Fast signals stay for a sample or two; where readings are as good as never the same, that is enough.
+        // Fast signals stay for a sample or two; where readings are as good as never the same, that is
+        // enough.
         let stays_long = longest >= 3 && count >= 5 && count > 4 * beside;
         let comes_back = count >= OFTEN && beside <= 1 && longest >= 2;
         if (stays_long || comes_back) && count < samples.len() {

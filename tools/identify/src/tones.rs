@@ -26,8 +26,8 @@ pub(crate) struct Tone {
 }
 
 impl Tone {
-    /// A line that was fitted beside the modes, where it keeps step with the mains and does not decay over the
-    /// record as far as that can be told.
+    /// A line that was fitted beside the modes, where it keeps step with the mains and does not decay over
+    /// the record as far as that can be told.
     pub(crate) fn of_line(
         frequency_hz: Estimate,
         damping_ratio: Estimate,
@@ -291,8 +291,8 @@ impl Held {
     }
 }
 
-/// Which multiple of a mains frequency a line is, if it is one of the first dozen; its frequency may be off by
-/// so many Hz.
+/// Which multiple of a mains frequency a line is, if it is one of the first dozen; its frequency may be off
+/// by so many Hz.
 fn mains_multiple(frequency_hz: f64, off_hz: f64) -> Option<String> {
     [50.0, 60.0].into_iter().find_map(|mains_hz: f64| {
         let order = (frequency_hz / mains_hz).round();

@@ -14,8 +14,8 @@ const VISIBLY_LESS: f64 = 5.0;
 /// Lines of the spectrum that a median can be taken of.
 const LINES: usize = 32;
 
-/// What to say of a fit that explains visibly less of a column than the noise in it allows, unless what is left
-/// is loudest at a line that is told already.
+/// What to say of a fit that explains visibly less of a column than the noise in it allows, unless what is
+/// left is loudest at a line that is told already.
 pub(crate) fn unexplained(
     column: &str,
     (time_s, output, left): (&[f64], &[f64], &[f64]),

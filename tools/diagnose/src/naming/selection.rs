@@ -183,8 +183,8 @@ impl Search<'_> {
         }
     }
 
-    /// A set after an addition: read as the input goes between its samples, no law in it that can go, and each
-    /// in the valley that fits best.
+    /// A set after an addition: read as the input goes between its samples, no law in it that can go, and
+    /// each in the valley that fits best.
     fn settled(&mut self, member: Member) -> Member {
         // In the right valley the reading of the input may leave nothing to look for in others.
         let read = self.between_samples_again(member);

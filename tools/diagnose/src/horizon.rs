@@ -117,16 +117,16 @@ struct OnTheWay {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
     use stillbeam_recording::Role;
 
     use super::{BEGUN_AT, BEGUN_BETWEEN, CLOSER_AND_CLOSER, FIRST};
     use crate::fit::Fitted;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{fitted_with, searched_beside_a_hardening_spring};
+    use crate::stacking::Stack;
     use crate::two_bodies::{played, stuck_in_a_jag};
 
     /// Starts that were taken for the first stretch of the recordings.
-    fn starts(fitted: &Fitted, stack: &crate::stacking::Stack<'_>) -> u64 {
+    fn starts(fitted: &Fitted, stack: &Stack<'_>) -> u64 {
         let fits = || stack.records[0].work.so_far().fits;
         let before = fits();
         fitted.begun_up_to(FIRST, stack).unwrap();
@@ -135,12 +135,8 @@ mod tests {
 
     #[test]
     fn more_starts_are_taken_only_where_the_first_ones_end_in_different_valleys() {
-        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![spring.clone()];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
-        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
-            let smooth = fitted_with(search, &refitted, &spring).fitted;
+        searched_beside_a_hardening_spring(|search, refitted, spring| {
+            let smooth = fitted_with(search, &refitted, spring).fitted;
             assert_eq!(starts(&smooth, &search.study.stack(Role::Train)), BEGUN_AT.len() as u64);
         });
         let study = played(6.6e-4);

@@ -11,7 +11,7 @@
 //! | consistent | do all training recordings, and the halves of each, agree about its strength |
 //! | stable | does the model stay finite at 1.1 times the largest input |
 //! | sufficient | where a structured rest remains that is large beside what the law explains, of the training or of the held-out recordings: is the held-out gain beyond doubt |
-//! | unrivalled | where the search was ended with more than noise left: does it take nearly all away, or most and others were tried in its place in vain, or do what no other laws together could, or is it beyond doubt and alone in coming near or all that is left foreign |
+//! | unrivalled | where time ended the search with more than noise left: could no other law do its work |
 //!
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
@@ -162,7 +162,9 @@ impl Trialled<'_> {
             && self.held_out.is_some_and(|held_out| held_out.z > DOUBT * options.held_out_gate)
     }
 
-    /// Whether no laws that were not tried could do its work.
+    /// Whether no laws that were not tried could do its work: it takes nearly all away, or most of it and others
+    /// were tried in its place in vain, or does what no others together could, or is beyond doubt and alone in
+    /// coming near.
     pub(crate) fn is_unrivalled(&self, rivalry: Option<Rivalry>, options: &Options) -> bool {
         let is_its_own =
             |rivalry: Rivalry| rivalry.own_share > OWN || (rivalry.leads && self.is_beyond_doubt(options));

@@ -220,3 +220,14 @@ pub(crate) fn searched_around<T>(
     let refitted = search.member(Vec::new(), compared.refitted).unwrap();
     look(&mut search, refitted)
 }
+
+/// The same beside runs of a machine whose spring hardens, and that law.
+pub(crate) fn searched_beside_a_hardening_spring<T>(
+    look: impl FnOnce(&mut Search<'_>, Member, &Physics) -> T,
+) -> T {
+    let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+    let mut truth = machine();
+    truth.setup_mut().physics = vec![spring.clone()];
+    let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+    searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| look(search, refitted, &spring))
+}

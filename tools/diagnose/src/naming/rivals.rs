@@ -153,11 +153,9 @@ fn own_share(screened: &[Screened], candidate: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
-
     use super::super::trials::Trial;
     use super::*;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, stopped_at};
+    use crate::naming::on_a_spring::{searched_beside_a_hardening_spring, stopped_at};
 
     fn screened(candidate: usize, direction: &[f64]) -> Screened {
         Screened {
@@ -183,10 +181,7 @@ mod tests {
 
     /// Work on a search beside a mass whose spring hardens, and on what its first round found.
     fn around_a_hardening_spring(work: impl FnOnce(&mut Search<'_>, Member, Vec<Tried>)) {
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4)];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
-        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+        searched_beside_a_hardening_spring(|search, refitted, _| {
             let tried = search.round(&refitted).1;
             work(search, refitted, tried);
         });

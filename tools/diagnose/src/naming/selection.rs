@@ -52,8 +52,13 @@ pub(crate) struct Selection {
 impl Selection {
     /// No law beside the refitted model, and none looked for.
     pub(crate) fn nothing(refitted: &Fitted, held_out: Vec<RecordFit>) -> Self {
+        Self::of(Member { laws: Vec::new(), fitted: refitted.clone(), held_out })
+    }
+
+    /// A set, and nothing said of what else was looked at.
+    pub(crate) fn of(chosen: Member) -> Self {
         Self {
-            chosen: Member { laws: Vec::new(), fitted: refitted.clone(), held_out },
+            chosen,
             screened: Vec::new(),
             first: None,
             tried: Vec::new(),
@@ -141,53 +146,45 @@ impl Search<'_> {
             let richer = || self.richer_in_place(&chosen, &tried);
             let found = self.simplest_of_the_best(&tried).or_else(richer);
             let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
-                if self.is_over() {
-                    left_out.push(if chosen.laws.is_empty() {
-                        "all laws that may be missing"
-                    } else {
-                        "further laws"
-                    });
-                }
+                left_out.extend(self.is_over().then_some(match chosen.laws[..] {
+                    [] => "all laws that may be missing",
+                    _ => "further laws",
+                }));
                 break;
             };
             if let [_] = best.member.laws[..] {
                 first = First::of(&best, &tried_first, &self.floors);
             }
-            chosen = self.weighed_again(best.member);
-            chosen = self.settled(chosen);
+            chosen = self.settled(best.member);
             // Two laws may each make the other look superfluous, and the third that is missing makes both
             // come back: in circles.
             if !reached.insert(as_set(&chosen.laws)) {
                 break;
             }
-            if chosen.laws.len() > 1 && self.is_over() {
-                left_out.push("other laws in place of those chosen");
-            } else if chosen.laws.len() > 1 {
-                say("trying other laws in place of those chosen", done + 0.1);
-                chosen = self.swapped(chosen, &mut kept);
-                if self.is_over() {
-                    left_out.push("other laws in place of those chosen");
+            if chosen.laws.len() > 1 {
+                if !self.is_over() {
+                    say("trying other laws in place of those chosen", done + 0.1);
+                    chosen = self.swapped(chosen, &mut kept);
                 }
+                left_out.extend(self.is_over().then_some("other laws in place of those chosen"));
             }
         }
         Selection {
-            chosen,
             screened: screened_first,
             first,
             tried: tried_first,
-            rivals: Vec::new(),
-            judged: Vec::new(),
             kept,
             left_out,
-            explained_share: None,
+            ..Selection::of(chosen)
         }
     }
 
-    /// A set after an addition: read as the input goes between its samples, no law in it that can go, and
-    /// each in the valley that fits best.
+    /// A set after an addition: weighed by the noise that is seen beside it, read as the input goes between
+    /// its samples, no law in it that can go, and each in the valley that fits best.
     fn settled(&mut self, member: Member) -> Member {
+        let weighed = self.weighed_again(member);
         // In the right valley the reading of the input may leave nothing to look for in others.
-        let read = self.between_samples_again(member);
+        let read = self.between_samples_again(weighed);
         let before = read.fitted.sum_of_squares;
         let deepest = self.in_the_deepest_valleys(self.pruned(read));
         if deepest.fitted.sum_of_squares < before { self.between_samples_again(deepest) } else { deepest }
@@ -311,23 +308,16 @@ mod tests {
     use super::*;
     use stillbeam_plant::Physics;
 
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{
+        fitted_with, machine, noisy_runs, searched, searched_beside_a_hardening_spring,
+    };
 
     #[test]
     fn a_rival_is_known_in_whatever_order_its_laws_were_added() {
         let noisy = |amplitudes: &[f64]| noisy_runs(&machine(), amplitudes, 1e-5);
         searched(&noisy(&[3.0]), &noisy(&[5.0]), |_, refitted| {
-            let selection = Selection {
-                chosen: refitted.clone(),
-                screened: Vec::new(),
-                first: None,
-                tried: Vec::new(),
-                rivals: vec![Member { laws: vec![2, 5], ..refitted }],
-                judged: Vec::new(),
-                kept: Vec::new(),
-                left_out: Vec::new(),
-                explained_share: None,
-            };
+            let rivals = vec![Member { laws: vec![2, 5], ..refitted.clone() }];
+            let selection = Selection { rivals, ..Selection::of(refitted) };
             assert!(selection.has_rival(&[2, 5]) && selection.has_rival(&[5, 2]));
             assert!(!selection.has_rival(&[2]) && !selection.has_rival(&[2, 7]));
         });
@@ -341,12 +331,8 @@ mod tests {
 
     #[test]
     fn two_laws_at_once_are_looked_for_where_much_is_left_that_goes_with_the_motion() {
-        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![spring.clone()];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
-        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
-            let found = fitted_with(search, &refitted, &spring);
+        searched_beside_a_hardening_spring(|search, refitted, spring| {
+            let found = fitted_with(search, &refitted, spring);
             let found = search.weighed_again(found);
             let refitted = search.reweighted(refitted).unwrap();
             assert!(search.leaves_much(&refitted));
@@ -356,16 +342,12 @@ mod tests {
 
     #[test]
     fn a_law_is_kept_in_whose_place_nothing_does_better_and_an_exchanged_one_is_not() {
-        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
-        let mut truth = machine();
-        truth.setup_mut().physics = vec![spring.clone()];
-        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
-        searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+        searched_beside_a_hardening_spring(|search, refitted, spring| {
             let swapped = |law: &Physics| {
                 let (mut kept, set) = (Vec::new(), fitted_with(search, &refitted, law));
                 (set.laws.clone(), search.swapped(set, &mut kept).laws, kept)
             };
-            let (right, after, kept) = swapped(&spring);
+            let (right, after, kept) = swapped(spring);
             assert_eq!((&after, &kept), (&right, &right));
             let (wrong, after, kept) = swapped(&Physics::new("quadratic_drag", "mass").with("drag", 5.0));
             assert_ne!(after, wrong);

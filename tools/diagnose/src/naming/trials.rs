@@ -7,11 +7,11 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use stillbeam_plant::Physics;
 use stillbeam_plant::catalogue::{Law, candidates};
+use stillbeam_plant::{Model, Physics};
 
 use super::scales::{Scale, Scales};
-use crate::parameters::free_parameters;
+use crate::parameters::{FreeParameter, free_parameters};
 use crate::reading_step::ReadingStep;
 use crate::record::Record;
 use crate::simulation::Hypothesis;
@@ -164,28 +164,11 @@ pub(crate) fn all_candidates(
         .filter(|index| records.iter().any(|record| record.outputs.iter().any(|o| o.index == *index)))
         .collect();
     let mut found = Vec::new();
-    // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of
-    // any mismatch behind it.
-    let is_cut_behind_drive = hypothesis.model.input_is_behind_the_drive();
-    // A clock of its own, a delay: nothing to tell them by but an input, without which a later beginning or
-    // other frequencies are the same.
     let is_driven = records.iter().any(|record| record.input.is_some());
     for candidate in candidates(&hypothesis.model) {
         let Some(location) = locations.get(candidate.location) else { continue };
-        if is_cut_behind_drive && location == "drive" {
-            continue;
-        }
         let is_left_out = without.iter().any(|id| id == candidate.law.id());
-        if is_left_out || (candidate.law.is_late() && !is_driven) {
-            continue;
-        }
-        // Linear laws of the structure as a whole are the same wherever on the beam they are said to sit.
-        let whole = ["extra_mode", "tip_mass", "clamp_compliance"].contains(&candidate.law.id());
-        if whole && location == "tip" && locations.iter().any(|other| other == "beam") {
-            continue;
-        }
-        let own = candidate.law.own_parameter(&hypothesis.model, location);
-        if own.is_some_and(|own| free.iter().any(|free| free.path == own)) {
+        if is_left_out || !may_show(&hypothesis.model, &free, candidate.law, location, is_driven) {
             continue;
         }
         let Some(scale) = scales.at(hypothesis, location) else { continue };
@@ -214,6 +197,22 @@ pub(crate) fn all_candidates(
         }
     }
     found
+}
+
+/// Whether a law at a place could show what neither the model's own parameters do nor the same law elsewhere.
+fn may_show(model: &Model, free: &[FreeParameter], law: &dyn Law, location: &str, is_driven: bool) -> bool {
+    // The chain is cut at every recorded signal: what came before the motion that was recorded is no part of
+    // any mismatch behind it.
+    let is_cut_off = location == "drive" && model.input_is_behind_the_drive();
+    // A clock of its own, a delay: nothing to tell them by but an input, without which a later beginning or
+    // other frequencies are the same.
+    let is_free_to_be_late = law.is_late() && !is_driven;
+    // Linear laws of the structure as a whole are the same wherever on the beam they are said to sit.
+    let is_of_the_whole = ["extra_mode", "tip_mass", "clamp_compliance"].contains(&law.id());
+    let is_at_the_beam_too = location == "tip" && model.locations().iter().any(|other| other == "beam");
+    let own = law.own_parameter(model, location);
+    let is_a_parameter = own.is_some_and(|own| free.iter().any(|free| free.path == own));
+    !(is_cut_off || is_free_to_be_late || (is_of_the_whole && is_at_the_beam_too) || is_a_parameter)
 }
 
 /// The trials of a law; none where it could not show.
@@ -411,7 +410,7 @@ fn reading_step(records: &[Record], output: usize) -> Option<ReadingStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stillbeam_plant::{Hold, Model};
+    use stillbeam_plant::Hold;
     use stillbeam_recording::Recording;
 
     use crate::naming::on_a_spring::{let_go, machine, noisy_runs, searched, searched_around, unpushed};

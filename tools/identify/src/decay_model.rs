@@ -72,7 +72,9 @@ impl Separable for DecayModel<'_> {
         columns: &[Column],
         coefficients: &[f64],
     ) -> Vec<(usize, Column)> {
-        let ([cosine, sine], [a, b]) = (columns, coefficients) else { return Vec::new() };
+        // The trend may be two columns as well.
+        let is_mode = block < self.modes;
+        let ([cosine, sine], [a, b], true) = (columns, coefficients, is_mode) else { return Vec::new() };
         let turns = pole(parameters, block).lambda_slopes();
         let tangent = |turn: Complex64| {
             let (c, s) = (a * turn.re + b * turn.im, b * turn.re - a * turn.im);
@@ -116,4 +118,22 @@ pub(crate) fn heavily_damped(time_s: &[f64], output: &[f64], whole: &WholeSpectr
     let found = pole(&best.parameters, 0);
     let explains = ratio > 2.0 && n * ratio.ln() > 10.0 + 5.0 * n.ln();
     explains.then(|| Part::alone(found, 0.5 * found.frequency_hz))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trend_of_any_number_of_columns_has_no_tangents() {
+        let time_s: Vec<f64> = (0..100).map(|k| 0.01 * f64::from(k)).collect();
+        let output = vec![0.0; 100];
+        for powers in 0..=POWERS.0 {
+            let model = DecayModel { time_s: &time_s, output: &output, modes: 1, powers };
+            let parameters = [3.0_f64.ln(), 0.01_f64.ln()];
+            let columns = model.block(1, &parameters);
+            let factors = vec![1.0; columns.len()];
+            assert!(model.tangents(1, &parameters, &columns, &factors).is_empty(), "{powers}");
+        }
+    }
 }

@@ -2,12 +2,13 @@
 
 use crate::aliasing::{Image, image_of};
 use crate::amplitude::CLEAR_WHERE_BENT;
+use crate::decay_fit::lowest_hz;
 use crate::decay_model::DecayModel;
 use crate::decay_modes::{Fitted, Part, Uniform, decay_part};
 use crate::forced_model::{MIN_DAMPING, pole};
 use crate::forced_record::left_out;
 use crate::forced_report::{disagreement, fit_warnings};
-use crate::free_decay::{FreeDecayOptions, lowest_hz};
+use crate::free_decay::FreeDecayOptions;
 use crate::levenberg_marquardt::Minimum;
 use crate::linearity::Linearity;
 use crate::modal_response::Pole;
@@ -23,6 +24,8 @@ use crate::second_opinions::{Opinions, replica};
 use crate::separable::{Projected, span};
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::time_stamps::are_uneven;
+use crate::tones::Tone;
+use crate::unexplained::unexplained;
 use crate::warning_merge::merged;
 use crate::warnings::{Quantity, Warning, WarningKind};
 
@@ -45,16 +48,19 @@ pub(crate) fn report(
         rejected.push(pole);
     }
     let mut more_by_bending = 0.0;
-    let mut modes: Vec<IdentifiedMode> = parts
-        .iter()
-        .enumerate()
-        .map(|(mode, part)| {
-            let (mode, own, more) = identified_mode(record, refined, mode, part, &left);
-            warnings.extend(own);
-            more_by_bending += more;
-            mode
-        })
-        .collect();
+    let mut modes: Vec<IdentifiedMode> = Vec::new();
+    for (mode, part) in parts.iter().enumerate() {
+        let (mode, own, more) = identified_mode(record, refined, mode, part, &left);
+        if let Some(hum) = Tone::of_line(mode.frequency_hz, mode.damping_ratio, record.window_s()) {
+            let (warning, pole) = hum.told();
+            warnings.push(warning);
+            rejected.push(pole);
+            continue;
+        }
+        warnings.extend(own);
+        more_by_bending += more;
+        modes.push(mode);
+    }
     modes.sort_by(|a, b| a.frequency_hz.value.total_cmp(&b.frequency_hz.value));
     let again = match options.cross_checks {
         true => survey_of_replica(record, refined, &survey, &modes),
@@ -70,6 +76,8 @@ pub(crate) fn report(
     }
     rejected.extend(opinions.rejected(&modes));
     warnings.extend(fit_warnings(minimum));
+    let of_record = (&record.time_s[..], &record.output[..], &refined.residuals[..]);
+    warnings.extend(unexplained(&record.column, of_record, |hz, bin_hz| ringing.is_tone(hz, bin_hz)));
     let fitted = FittedRecord {
         name: &record.name,
         first_row: 0,

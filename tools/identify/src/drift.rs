@@ -1,7 +1,7 @@
 //! What a sensor drifts or creeps by while a structure rings: temperature, a charge that leaks away.
 //!
 //! Drift and ringing are told apart by fitting both at once. The courses that a drift may take are few and
-//! smooth; the ringing is what a realisation finds beside them, from the loudest moment on. What is smooth,
+//! smooth; the ringing is what a realisation finds beside them, from where it begins on. What is smooth,
 //! goes one way, and explains nearly all that moves on average over the record is the drift. A move to
 //! another place is not smooth, a slow mode comes back, and what a mode explains leaves a drift nothing to
 //! explain. Where something drives the structure its ringing averages out.
@@ -19,6 +19,9 @@ const HIGHEST_POWER: usize = 5;
 /// Times, as shares of the record, in which a charge leaks away; shorter ones are hardly slower than what
 /// rings.
 const LEAKS: [f64; 5] = [0.08, 0.12, 0.18, 0.27, 0.4];
+/// Times, as shares of the record, after which a creep (of an adhesive, of plastics) goes with the
+/// logarithm of time.
+const CREEPS: [f64; 3] = [0.01, 0.04, 0.15];
 /// Periods within the record below which an oscillation is no ringing beside a drift.
 const RINGS: f64 = 3.0;
 /// Order of the realisation: so many half modes, noise among them.
@@ -26,6 +29,10 @@ const ORDER: usize = 20;
 /// Samples per period of the loudest frequency, and most samples, that the ringing is realised from.
 const PER_PERIOD: f64 = 10.0;
 const MOST: usize = 3000;
+/// Share of the loudest moment from which it rings.
+const BEGINS: f64 = 0.7;
+/// Damping ratio by which noise lets a steady hum seem to grow.
+const GROWS: f64 = 2e-3;
 /// Damping ratio from which nothing can be said to ring.
 const MOST_DAMPED: f64 = 0.9;
 /// Averages over the record by which a drift is judged.
@@ -34,29 +41,49 @@ const AVERAGES: usize = 24;
 const SMOOTH: f64 = 0.97;
 /// The way that a drift goes, over the distance that it covers.
 const ONE_WAY: f64 = 1.15;
+/// The same of one that turns back once, and what the ringing beside it leaves of the swing: where nothing
+/// rings, what turns back may be a slow mode.
+const TURNS_BACK: (f64, f64) = (2.2, 0.2);
 /// Share of a record's range that a drift is at least: a smaller one hides nothing.
 const MATTERS: f64 = 0.03;
 /// Rows of a record at least.
 const LEAST_ROWS: usize = 4 * AVERAGES;
 
-/// The course of a drift: powers of time and a leak, over the share of the record that has passed.
+/// The course of a drift over the share of the record that has passed: powers of time, and what bends faster.
 struct Course {
     powers: usize,
-    leak: Option<f64>,
+    bend: Option<Bend>,
+}
+
+/// A course that is fast at first, with its time as a share of the record.
+#[derive(Clone, Copy)]
+enum Bend {
+    Leak(f64),
+    Creep(f64),
+}
+
+impl Bend {
+    fn at(self, share: f64) -> f64 {
+        match self {
+            Self::Leak(time) => (-share / time).exp(),
+            Self::Creep(time) => (share / time).ln_1p(),
+        }
+    }
 }
 
 impl Course {
     /// All that are tried, the simple ones first.
     fn all() -> impl Iterator<Item = Self> {
-        let powers = (1..=HIGHEST_POWER).map(|powers| Self { powers, leak: None });
-        powers.chain(LEAKS.map(|leak| Self { powers: 1, leak: Some(leak) }))
+        let powers = (1..=HIGHEST_POWER).map(|powers| Self { powers, bend: None });
+        let bends = LEAKS.map(Bend::Leak).into_iter().chain(CREEPS.map(Bend::Creep));
+        powers.chain(bends.map(|bend| Self { powers: 1, bend: Some(bend) }))
     }
 
     /// Its columns but for the constant, over shares of the record.
     fn columns(&self, shares: &[f64]) -> Vec<Vec<f64>> {
         let mut columns: Vec<Vec<f64>> =
             (1..=self.powers).map(|power| shares.iter().map(|x| chebyshev(power, *x)).collect()).collect();
-        columns.extend(self.leak.map(|leak| shares.iter().map(|x| (-x / leak).exp()).collect()));
+        columns.extend(self.bend.map(|bend| shares.iter().map(|x| bend.at(*x)).collect()));
         columns
     }
 }
@@ -94,15 +121,24 @@ impl Fitted {
         sum
     }
 
-    /// Whether it explains nearly all that moves on average in what is left without it, goes one way, and
-    /// matters beside a range.
-    fn is_drift(&self, without: &[f64], range: f64) -> bool {
+    /// Whether it explains nearly all that moves on average in what is left without it, goes no longer a way
+    /// than so many times its extent, and matters beside a range.
+    fn is_drift(&self, without: &[f64], range: f64, most_way: f64) -> bool {
         let [left, without] = [&self.left[..], without].map(averages);
         let over = averages(&self.at(&evenly(self.left.len())));
         let way: f64 = over.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
         dot(&left, &left) < (1.0 - SMOOTH) * dot(&without, &without)
-            && way < ONE_WAY * extent(&over)
+            && way < most_way * extent(&over)
             && extent(&over) > MATTERS * range
+    }
+
+    /// Whether the ringing beside it explains nearly all of what swings about it.
+    fn is_beside_ringing(&self, slow: &[f64]) -> bool {
+        let drift = self.at(&evenly(slow.len()));
+        let swing: Vec<f64> = slow.iter().zip(&drift).map(|(y, drift)| y - drift).collect();
+        let mean = swing.iter().sum::<f64>() / swing.len().max(1) as f64;
+        let energy: f64 = swing.iter().map(|y| (y - mean).powi(2)).sum();
+        dot(&self.left, &self.left) < TURNS_BACK.1 * energy
     }
 
     /// Bayes' information criterion, up to a constant.
@@ -130,7 +166,8 @@ pub(crate) fn drift(time_s: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let found = best(&beside.slow, &beside.ringing, beside.columns)?;
     let mut still = beside.slow.clone();
     beside.ringing.remove_from(&mut still);
-    found.is_drift(&still, extent(&signal)).then(|| found.at(&shares_at(time_s)))
+    let most_way = if found.is_beside_ringing(&beside.slow) { TURNS_BACK.0 } else { ONE_WAY };
+    found.is_drift(&still, extent(&signal), most_way).then(|| found.at(&shares_at(time_s)))
 }
 
 /// The drift of the output of a driven structure, by row; `None` where there is none to speak of, or what
@@ -142,7 +179,7 @@ pub(crate) fn drift_of_driven(time_s: &[f64], values: &[f64], drive: &[f64]) -> 
     let of = |values: &[f64]| {
         let signal = Uniform::new(time_s, &without_wild(values)).without_mean();
         let found = best(&signal, &constant(signal.len()), 1)?;
-        found.is_drift(&signal, extent(&signal)).then_some(found)
+        found.is_drift(&signal, extent(&signal), ONE_WAY).then_some(found)
     };
     let found = of(values)?;
     of(drive).is_none().then(|| found.at(&shares_at(time_s)))
@@ -180,13 +217,16 @@ impl Beside {
         // Thinning the drift itself would leave its jump at the ends.
         let mut slow = rough.at(&evenly(swing.len()));
         add_scaled(&mut slow, 1.0, &swing);
-        let start = (0..swing.len()).rev().max_by(|a, b| swing[*a].abs().total_cmp(&swing[*b].abs()))?;
+        let top = swing.iter().fold(0.0_f64, |top, y| top.max(y.abs()));
+        // Ringing that hardly falls is as loud as ever long after it begins.
+        let start = swing.iter().position(|y| y.abs() >= BEGINS * top)?;
         let decay = &swing[start..swing.len().min(start + MOST)];
         let since: Vec<f64> = (0..swing.len() - start).map(|k| k as f64 * step_s).collect();
         let (mut ringing, mut columns) = (Orthonormal::default(), 1);
         for pole in eigensystem_realisation(decay, step_s, ORDER.min(decay.len() / 6)) {
-            if pole.frequency_hz > lowest_hz && (0.0..MOST_DAMPED).contains(&pole.damping_ratio) {
-                let pole = Pole { frequency_hz: pole.frequency_hz, damping_ratio: pole.damping_ratio };
+            if pole.frequency_hz > lowest_hz && (-GROWS..MOST_DAMPED).contains(&pole.damping_ratio) {
+                let damping_ratio = pole.damping_ratio.max(0.0);
+                let pole = Pole { frequency_hz: pole.frequency_hz, damping_ratio };
                 for values in free_response(pole, 0.0, &since) {
                     ringing.push(Column { start, values });
                     columns += 1;
@@ -215,4 +255,22 @@ pub(crate) fn extent(values: &[f64]) -> f64 {
     let [low, high] =
         values.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], y| [low.min(*y), high.max(*y)]);
     high - low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_creep_is_taken_out_from_its_beginning_on() {
+        for time in [0.01, 0.04, 0.15] {
+            let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) / 400.0).collect();
+            let creep: Vec<f64> = time_s.iter().map(|t| 5.0 * (t / (10.0 * time)).ln_1p()).collect();
+            let rings = |t: f64| (-0.5 * t).exp() * (40.0 * t).cos();
+            let values: Vec<f64> = time_s.iter().zip(&creep).map(|(t, creep)| creep + rings(*t)).collect();
+            let found = drift(&time_s, &values).unwrap();
+            let left: Vec<f64> = creep.iter().zip(&found).map(|(creep, found)| creep - found).collect();
+            assert!(extent(&left) < 0.03 * extent(&creep), "{time}: {} {}", extent(&left), extent(&creep));
+        }
+    }
 }

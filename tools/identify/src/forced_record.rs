@@ -10,6 +10,8 @@ use crate::magnitude::refuse_magnitude;
 use crate::modal_response::{InputKind, OutputQuantity};
 use crate::readings::Readings;
 use crate::result::Rejected;
+use crate::signal_checks::clipping;
+use crate::sound_part::leave_out_clipped;
 use crate::time_stamps::{refuse_absurd_stamps, sensor_step, stamp_warnings};
 use crate::warnings::{Warning, WarningKind};
 
@@ -155,7 +157,7 @@ impl ForcedRecord {
             option,
         };
         let input = present(recording, input_column)?;
-        let output = readings(recording, output_column)?;
+        let mut output = readings(recording, output_column)?;
         let input_kind = match kinds.0.or_else(|| input_kind(&unit_of(input_column))) {
             Some(kind) if input_column != TIME_COLUMN => kind,
             _ => {
@@ -183,6 +185,8 @@ impl ForcedRecord {
         }
         refuse_constant(recording, output_column, &output.values)?;
         refuse_magnitude(recording, output_column, &output.values)?;
+        let mut warnings = clipping(output_column, &output.values, true);
+        let clipped = leave_out_clipped(&recording.name, &mut output.time_s, &mut output.values);
 
         let origin_s = recording.time_s[0];
         let from_origin = |times: &[f64]| times.iter().map(|t| t - origin_s).collect::<Vec<f64>>();
@@ -193,7 +197,8 @@ impl ForcedRecord {
         let [first_margin_s, last_margin_s] = rests.map(|rests| if rests { 0.0 } else { margin_s });
         let first_s = input_time_s[0] + first_margin_s;
         let last_s = input_time_s[input_time_s.len() - 1] - last_margin_s;
-        let left_out = left_out(recording, output_column, [first_s + origin_s, last_s + origin_s]);
+        let mut left_out = left_out(recording, output_column, [first_s + origin_s, last_s + origin_s]);
+        left_out.extend(clipped);
         let rows = from_origin(&output.time_s).into_iter().zip(output.values);
         let (time_s, mut values): (Vec<f64>, Vec<f64>) =
             rows.filter(|(t, _)| (first_s..=last_s).contains(t)).unzip();
@@ -207,8 +212,7 @@ impl ForcedRecord {
             });
         }
         let stamps: Vec<f64> = time_s.iter().map(|t| t + origin_s).collect();
-        let mut warnings = crate::signal_checks::clipping(output_column, &values);
-        warnings.extend(crate::signal_checks::clipping(input_column, &input.values));
+        warnings.extend(clipping(input_column, &input.values, false));
         warnings.extend(stamp_warnings(&recording.name, &stamps, &values));
         warnings.extend(input_gap(&input_time_s, origin_s));
         warnings.extend(output.remarks.into_iter().map(Warning::from));

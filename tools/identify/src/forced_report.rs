@@ -29,6 +29,7 @@ use crate::separable::{Projected, span};
 use crate::tall::dot;
 use crate::time_shifts::{FittedRecord, time_shift_warnings};
 use crate::tones::find_tones;
+use crate::unexplained::unexplained;
 use crate::warning_merge::merged;
 use crate::warnings::{FastPassage, Quantity, Warning, WarningKind};
 use crate::whitening::{Whitener, even_runs};
@@ -115,11 +116,15 @@ pub(crate) fn report(
             record.input.sample(record.time_s.iter().copied()).into_iter().map(|value| value[0]).collect();
         let driven = DrivenLines::new(&input, left, uniform.interval_s);
         // A line that the input drives is no stranger's, whatever the structure makes of it.
-        for tone in find_tones(&uniform).iter().filter(|tone| !driven.at(tone.frequency_hz.value)) {
+        let tones = find_tones(&uniform);
+        for tone in tones.iter().filter(|tone| !driven.at(tone.frequency_hz.value)) {
             let (warning, pole) = tone.told();
             warnings.push(warning);
             rejected.push(pole);
         }
+        let output = record.with_taken_out(record.output.iter().copied());
+        let is_told = |hz: f64, bin_hz: f64| tones.iter().any(|tone| tone.is_at(hz, bin_hz));
+        warnings.extend(unexplained(&record.output_column, (&record.time_s, &output, left), is_told));
     }
     warnings.extend(fit_warnings(&chosen.minimum));
     warnings.extend(not_linear.clone());

@@ -2,22 +2,19 @@
 
 use stillbeam_recording::Recording;
 
-use crate::decay_model::{DecayModel, heavily_damped};
-use crate::decay_modes::{Part, Uniform};
+use crate::decay_fit::DecayFit;
+use crate::decay_model::heavily_damped;
+use crate::decay_modes::Uniform;
 use crate::decay_report::report;
 use crate::decay_shapes::decay_shapes;
 use crate::decay_starts::starting_parts;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
-use crate::forced_model::{pole, pole_parameters};
-use crate::levenberg_marquardt::{Minimum, Parameter};
 use crate::narrow_band::WholeSpectrum;
-use crate::noise::refine;
 use crate::poles::{Survey, survey_decay_bands};
 use crate::result::{IdentifiedModes, Rejected};
 use crate::ringing::{DecayRecord, Ringing};
-use crate::separable::{Projected, fit, fit_covariance};
-use crate::whitening::{Whitener, even_runs};
+use crate::warnings::WarningKind;
 
 /// Choices of [`identify_free_decay`].
 #[derive(Debug, Clone, PartialEq)]
@@ -79,6 +76,7 @@ pub fn identify_free_decay(
             Err(
                 refusal @ (IdentifyError::NoPeaks { .. }
                 | IdentifyError::TooFewPeaks { .. }
+                | IdentifyError::OnlyTones { .. }
                 | IdentifyError::NotDetermined { .. }),
             ) => {
                 first_refusal.get_or_insert(refusal);
@@ -176,129 +174,43 @@ fn identify_from(
     let mut rejected = Vec::new();
     let survey = survey_decay_bands(&uniform.without_mean(), uniform.interval_s);
     // A drive that speeds up and slows down is a multitude of short decays to the realisation.
-    let realised = if ringing.tones.is_empty() { survey.clone() } else { Survey::default() };
+    let realised = if ringing.only_hums() { survey.clone() } else { Survey::default() };
     let (mut parts, left_by_all) = starting_parts(&uniform, &realised, options.modes, &mut rejected);
-    parts.retain(|part| {
-        let tone = ringing.tones.iter().find(|tone| tone.is_at(part.pole.frequency_hz, uniform.bin_hz()));
-        tone.is_none()
-    });
+    parts.retain(|part| !ringing.is_tone(part.pole.frequency_hz, uniform.bin_hz()));
     if parts.is_empty() && ringing.tones.is_empty() {
         let whole = WholeSpectrum::new(&uniform.without_mean(), uniform.interval_s);
         parts.extend(heavily_damped(&record.time_s, &record.output, &whole));
     }
-    let mut range = search_range(&parts);
-    loop {
-        refuse_too_few(&record, options.modes, &parts)?;
-        let model = DecayModel::of(&record, parts.len(), lowest_hz(&parts));
-        let minimum = fit(&model, &range).ok_or_else(|| IdentifyError::NotComputable {
-            recording: record.name.clone(),
-            column: record.column.clone(),
-        })?;
-        let covariance = fit_covariance(&model, &minimum);
-        // What the whole record does not bear out was a leftover of a neighbour: fit again without it.
-        let kept = borne_out(&minimum, covariance.as_ref(), &range, record.duration_s());
-        if kept.iter().all(|kept| *kept) {
-            let runs = even_runs(&record.time_s, 0);
-            let whitener = Whitener::of(&minimum.point.residuals, runs);
-            let refined = refine(&model, &minimum, &range, whitener).or_refused(
-                record.name.clone(),
-                &record.column,
-                parts.len(),
-            )?;
-            let shapes = decay_shapes(
-                ringing,
-                &record,
-                options,
-                (&refined.parameters[..2 * parts.len()], &refined.coefficients),
-            )?;
-            let (mut found, more_by_bending) =
-                report(ringing, &record, &minimum, &refined, (&parts, survey), &uniform, (options, rejected));
-            found.shapes = shapes;
-            // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to
-            // read the decay from elsewhere.
-            let bent = (refined.residual_rms().powi(2) - more_by_bending).max(0.0).sqrt();
-            let left = bent.min(left_by_all.unwrap_or(f64::INFINITY));
-            return Ok(Attempt {
-                explained: record.explained(left),
-                is_explained: record.is_explained(left),
-                found,
-            });
-        }
-        for (mode, _) in kept.iter().enumerate().filter(|(_, kept)| !**kept) {
-            let pole = pole(&minimum.parameters, mode);
-            rejected.push(Rejected::Pole {
-                frequency_hz: pole.frequency_hz,
-                damping_ratio: Some(pole.damping_ratio),
-                reason: "the fit of the whole decay does not bear it out: it ran to the edge of its band or its damping stayed unknown".to_owned(),
-            });
-        }
-        for (parameter, found) in range.iter_mut().zip(&minimum.parameters) {
-            parameter.start = *found;
-        }
-        let mut index = 0..;
-        range.retain(|_| index.next().is_none_or(|index: usize| kept[index / 2]));
-        let mut index = 0..;
-        parts.retain(|_| index.next().is_none_or(|index: usize| kept[index]));
+    let mut fit = DecayFit::of(&record, parts, options.modes, &mut rejected)?;
+    if options.modes.is_none() {
+        fit = fit.with_what_it_leaves(ringing, &record, &uniform, &mut rejected);
     }
+    let (minimum, refined) = (&fit.minimum, &fit.refined);
+    let of_modes = (&refined.parameters[..2 * fit.parts.len()], &refined.coefficients[..]);
+    let shapes = decay_shapes(ringing, &record, options, of_modes)?;
+    let (mut found, more_by_bending) =
+        report(ringing, &record, minimum, refined, (&fit.parts, survey), &uniform, (options, rejected));
+    if found.modes.is_empty() {
+        return Err(only_hum(&record, &found));
+    }
+    let is_mode = |hz: f64| found.modes.iter().any(|mode| mode.frequency_hz.value == hz);
+    found.shapes = shapes.into_iter().filter(|shape| is_mode(shape.frequency_hz)).collect();
+    // Neither modes that were not asked for nor a mode that goes with its amplitude are a reason to read the
+    // decay from elsewhere.
+    let bent = (refined.residual_rms().powi(2) - more_by_bending).max(0.0).sqrt();
+    let left = bent.min(left_by_all.unwrap_or(f64::INFINITY));
+    Ok(Attempt { explained: record.explained(left), is_explained: record.is_explained(left), found })
 }
 
-/// Frequency of the slowest mode, Hz.
-pub(crate) fn lowest_hz(parts: &[Part]) -> f64 {
-    parts.iter().map(|part| part.pole.frequency_hz).fold(f64::INFINITY, f64::min)
-}
-
-/// How much larger the damping of the whole record may be than that of a mode's band alone.
-const DAMPING_FACTOR: f64 = 5.0;
-
-/// The bounds of the search: every mode inside its own band, its damping within a factor of what the band
-/// said. Wider bounds let a poorly determined mode turn into a patch for its neighbours' misfit.
-fn search_range(parts: &[Part]) -> Vec<Parameter> {
-    let range = |part: &Part| {
-        let reach = (part.half_width_hz / part.pole.frequency_hz).min(0.2);
-        let [frequency, mut damping] = pole_parameters(part.pole, reach);
-        damping.upper = damping.upper.min(damping.start + DAMPING_FACTOR.ln());
-        [frequency, damping]
-    };
-
-    parts.iter().flat_map(range).collect()
-}
-
-/// Which modes the fit of the whole record determines: inside their range, damping known to better than half.
-fn borne_out(
-    minimum: &Minimum<Projected>,
-    covariance: Option<&nalgebra::DMatrix<f64>>,
-    range: &[Parameter],
-    duration_s: f64,
-) -> Vec<bool> {
-    (0..range.len() / 2)
-        .map(|mode| {
-            let (frequency, damping) = (2 * mode, 2 * mode + 1);
-            let found = &minimum.parameters;
-            let inside = found[frequency] > range[frequency].lower + 1e-9
-                && found[frequency] < range[frequency].upper - 1e-9
-                && found[damping] < range[damping].upper - 1e-9;
-            let tone = pole(found, mode).decay_time_s() > 10.0 * duration_s;
-            let relative = covariance.map(|c| c[(damping, damping)].max(0.0).sqrt());
-            inside && (tone || relative.is_none_or(|stderr| stderr < 0.5))
-        })
-        .collect()
-}
-
-fn refuse_too_few(
-    record: &DecayRecord,
-    requested: Option<usize>,
-    parts: &[Part],
-) -> Result<(), IdentifyError> {
-    let (recording, column) = (record.name.clone(), record.column.clone());
-    match requested {
-        Some(requested) if parts.len() < requested => Err(IdentifyError::TooFewPeaks {
-            recording,
-            column,
-            requested,
-            found: parts.len(),
-            frequencies_hz: parts.iter().map(|part| part.pole.frequency_hz).collect(),
-        }),
-        _ if parts.is_empty() => Err(IdentifyError::NoPeaks { recording, column }),
-        _ => Ok(()),
+/// The refusal of a record of which nothing but lines of the mains was fitted.
+fn only_hum(record: &DecayRecord, found: &IdentifiedModes) -> IdentifyError {
+    let tones = found.warnings.iter().filter_map(|warning| match &warning.kind {
+        WarningKind::ToneInRecord { frequency_hz, reason } => Some((*frequency_hz, reason.clone())),
+        _ => None,
+    });
+    IdentifyError::OnlyTones {
+        recording: record.name.clone(),
+        column: record.column.clone(),
+        tones: tones.collect(),
     }
 }

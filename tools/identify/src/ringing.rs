@@ -8,14 +8,11 @@ use crate::error::IdentifyError;
 use crate::forced_record::{MIN_ROWS, readings, refuse_constant};
 use crate::free_decay::FreeDecayOptions;
 use crate::magnitude::refuse_magnitude;
-use crate::modal_response::{Pole, free_response};
 use crate::record_kind::{Recognised, RecordKind, recognise_signal, remedy, without_trend};
 use crate::result::Rejected;
-use crate::signal_checks::clipping;
 use crate::sound_part::SoundPart;
-use crate::tall::Orthonormal;
 use crate::time_stamps::stamp_warnings;
-use crate::tones::{Tone, find_tones};
+use crate::tones::{Tone, find_tones, take_hum_out, tones_over};
 use crate::warnings::{Warning, WarningKind};
 
 /// A recording that is to be read as a free decay.
@@ -32,6 +29,8 @@ pub(crate) struct Ringing<'r> {
     released: Option<(usize, f64)>,
     /// The first row that can be believed.
     first: usize,
+    /// The row at which the sensor was first overdriven.
+    overdriven: Option<usize>,
     /// Samples that are not fitted.
     pub(crate) left_out: Vec<Rejected>,
     /// Driven lines anywhere in the recording.
@@ -67,6 +66,8 @@ const NEAR_NOISE: f64 = 2.0;
 const BLOCKS: usize = 200;
 /// Blocks whose rms is below this many times that of the quietest tenth hold noise.
 const QUIET: f64 = 1.5;
+/// Share of the loudest block that these stay below where the ringing has fallen into the noise.
+const FALLEN: f64 = 0.5;
 /// And so many of them in a row.
 const QUIET_BLOCKS: usize = 10;
 /// How much of the noise after the decay is kept, as a share of the decay.
@@ -90,8 +91,7 @@ impl<'r> Ringing<'r> {
         let mut all = readings(recording, &options.output)?;
         refuse_constant(recording, &options.output, &all.values)?;
         refuse_magnitude(recording, &options.output, &all.values)?;
-        let mut warnings = clipping(&options.output, &all.values);
-        warnings.extend(stamp_warnings(&recording.name, &all.time_s, &all.values));
+        let mut warnings = stamp_warnings(&recording.name, &all.time_s, &all.values);
         warnings.extend(std::mem::take(&mut all.remarks).into_iter().map(Warning::from));
         if let Some(end_s) = options.end_s {
             let rows = all.time_s.partition_point(|t| *t <= end_s);
@@ -114,7 +114,8 @@ impl<'r> Ringing<'r> {
             column: options.output.clone(),
             kind: RecordKind::FreeDecay,
             released: None,
-            first: options.start_s.is_none().then(|| sound.after_clipping()).flatten().unwrap_or(0),
+            first: 0,
+            overdriven: sound.overdriven,
             left_out: sound.left_out,
             time_s: sound.time_s,
             values: sound.values,
@@ -133,6 +134,16 @@ impl<'r> Ringing<'r> {
         let lasts = |tone: &&Tone| tone.window_s[1] - tone.window_s[0] > ALL_THE_TIME * all_s;
         let basis = tones_over(self.tones.iter().filter(lasts), &self.time_s);
         basis.remove_from(&mut self.values);
+    }
+
+    /// Whether nothing but the mains hums.
+    pub(crate) fn only_hums(&self) -> bool {
+        self.tones.iter().all(|tone| tone.is_hum)
+    }
+
+    /// Whether a frequency is that of a driven line.
+    pub(crate) fn is_tone(&self, frequency_hz: f64, bin_hz: f64) -> bool {
+        self.tones.iter().any(|tone| tone.is_at(frequency_hz, bin_hz))
     }
 
     /// Takes the straight line out of a signal that is mostly one: of several knocks, or of ringing that hardly
@@ -155,7 +166,9 @@ impl<'r> Ringing<'r> {
         let found = self.recognised(from);
         match found.kind {
             RecordKind::FreeDecay => {
-                if let Some(until_s) = found.moved_until_s.filter(|_| options.start_s.is_none()) {
+                // What is left of a drift may look like a move before the ringing.
+                let may_have_moved = options.start_s.is_none() && !self.drifts;
+                if let Some(until_s) = found.moved_until_s.filter(|_| may_have_moved) {
                     self.first = self.first.max(self.time_s.partition_point(|t| *t < until_s));
                     self.find_release();
                 }
@@ -263,14 +276,16 @@ impl<'r> Ringing<'r> {
         }
         let rest = self.rest();
         let away: Vec<f64> = self.values.iter().map(|value| (value - rest).abs()).collect();
-        let first = (self.first..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        let top = (self.first..away.len()).rev().max_by(|a, b| away[*a].total_cmp(&away[*b])).unwrap_or(0);
+        // Where it was overdriven it was larger still.
+        let first = self.overdriven.filter(|row| (self.first..top).contains(row)).unwrap_or(top);
         let end = self.end_of_decay(first);
         let later = STARTS.iter().filter_map(|share| {
-            let last = (first..end).rev().find(|&k| away[k] >= share * away[first])?;
+            let last = (first..end).rev().find(|&k| away[k] >= share * away[top])?;
             let enough = (end - last) as f64 > LEAST_LEFT * (end - first) as f64;
             (last > first && enough).then_some(last)
         });
-        let let_go = let_go(&self.values, first, away[first]);
+        let let_go = let_go(&self.values, first, away[top]);
         std::iter::once(first).chain(let_go).chain(later).collect()
     }
 
@@ -292,6 +307,10 @@ impl<'r> Ringing<'r> {
         let after: Vec<f64> = self.values[start..].chunks(length).map(rms).collect();
         sizes.sort_by(f64::total_cmp);
         let quiet = QUIET * sizes[sizes.len() / 10];
+        // Of ringing that hardly falls the quietest is as loud as all else.
+        if quiet > FALLEN * after.iter().fold(0.0, |top, size| size.max(top)) {
+            return rows;
+        }
         // Many blocks in a row: a slow oscillation is quiet for a moment at every zero crossing.
         let is_noise = |some: &[f64]| some.iter().all(|size| *size < quiet);
         let Some(block) = after.windows(QUIET_BLOCKS).position(is_noise) else { return rows };
@@ -329,22 +348,6 @@ impl<'r> Ringing<'r> {
     }
 }
 
-/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that
-/// leaves grows with time.
-fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orthonormal {
-    let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
-    let mut basis = Orthonormal::default();
-    for tone in tones {
-        let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
-        for column in free_response(pole, 0.0, &since) {
-            let turned: Vec<f64> = column.iter().zip(&since).map(|(y, t)| y * t).collect();
-            basis.push(column);
-            basis.push(turned);
-        }
-    }
-    basis
-}
-
 /// The row at which a structure that is held at its largest deflection is let go; `None` where it is not.
 fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
     let held = |row: &usize| (values[*row] - values[first]).abs() < HELD * deflection;
@@ -356,13 +359,16 @@ fn let_go(values: &[f64], first: usize, deflection: f64) -> Option<usize> {
 /// rings. Returns by how much it drifts. Of what is driven nothing is taken out: slow lines are no drift.
 pub(crate) fn take_drift_out(time_s: &[f64], values: &mut [f64]) -> Option<f64> {
     let drift = drift(time_s, values)?;
+    let still: Vec<f64> = values.iter().zip(&drift).map(|(y, drift)| y - drift).collect();
+    let mut beneath = still.clone();
+    take_hum_out(time_s, &mut beneath);
     if matches!(
-        recognise_signal(time_s, values).kind,
+        recognise_signal(time_s, &beneath).kind,
         RecordKind::Multisine | RecordKind::Tone | RecordKind::Sweep
     ) {
         return None;
     }
-    values.iter_mut().zip(&drift).for_each(|(y, drift)| *y -= drift);
+    values.copy_from_slice(&still);
     Some(extent(&drift))
 }
 
@@ -397,6 +403,11 @@ impl DecayRecord {
         if signal > 0.0 { 1.0 - left / signal } else { 0.0 }
     }
 
+    /// Its first and its last stamp in the recording's time, s.
+    pub(crate) fn window_s(&self) -> [f64; 2] {
+        [self.origin_s, self.origin_s + self.duration_s()]
+    }
+
     pub(crate) fn duration_s(&self) -> f64 {
         self.time_s.last().copied().unwrap_or(0.0)
     }
@@ -407,15 +418,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn ringing_that_hardly_falls_is_not_read_from_its_very_end() {
-        for falls in [0.05, 0.3, 1.0] {
+    fn ringing_that_hardly_falls_is_read_from_its_beginning_to_its_end() {
+        for (falls, radians_per_s) in [(0.05, 40.0), (0.3, 40.0), (1.0, 40.0), (0.05, 311.0), (0.3, 311.0)] {
             let time_s: Vec<f64> = (0..4000).map(|k| f64::from(k) / 400.0).collect();
-            let value = |t: &f64| (-0.1 * falls * t).exp() * (40.0 * t).cos();
+            let value = |t: &f64| (-0.1 * falls * t).exp() * (radians_per_s * t).cos();
             let tip = time_s.iter().map(value).collect();
             let record = Recording::new("long", time_s).with_column("tip_m", tip);
             let ringing = Ringing::new(&record, &FreeDecayOptions::new("tip_m")).unwrap();
             let last = ringing.starts(None).into_iter().max().unwrap();
             assert!(last < 3600, "{falls}: {last}");
+            let first = ringing.starts(None)[0];
+            let read = ringing.from(first).unwrap().output.len();
+            assert!(first + read > 3900, "{falls}: {first} {read}");
         }
     }
 }

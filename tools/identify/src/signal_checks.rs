@@ -9,17 +9,22 @@ const SLOW: f64 = 0.1;
 /// Shortest rest within a record, as a share of the record.
 const REST: f64 = 0.02;
 
+/// Samples at an extreme, where the next value comes once, that show a fast signal to be cut off.
+const OFTEN: usize = 10;
+
 /// Warns when a signal sits at one of its extremes.
 ///
 /// A smooth signal touches its extreme once; a clipped one stays there for runs of samples, and far more
 /// often than at the value next to it, which tells clipping from mere quantisation. Before and after a pulse
 /// a base rests at its extreme, and between its blows a hammer rests at zero: that is no clipping.
-pub(crate) fn clipping(column: &str, samples: &[f64]) -> Vec<Warning> {
+///
+/// The warning says whether these samples were left out.
+pub(crate) fn clipping(column: &str, samples: &[f64], left_out: bool) -> Vec<Warning> {
     let sides = clipped_sides(samples).into_iter();
     sides
         .map(|(level, runs)| {
             let samples = runs.iter().map(Range::len).sum();
-            WarningKind::Clipping { column: column.to_owned(), level, samples }.into()
+            WarningKind::Clipping { column: column.to_owned(), level, samples, left_out }.into()
         })
         .collect()
 }
@@ -59,7 +64,11 @@ fn clipped_sides(samples: &[f64]) -> Vec<(f64, Vec<Range<usize>>)> {
             runs_at(samples, sign * level).into_iter().filter(|run| !is_rest(run)).collect();
         let count: usize = stays.iter().map(Range::len).sum();
         let longest = stays.iter().map(Range::len).max().unwrap_or(0);
-        if longest >= 3 && count >= 5 && count > 4 * beside && count < samples.len() {
+        // Fast signals stay for a sample or two; where readings are as good as never the same, that is
+        // enough.
+        let stays_long = longest >= 3 && count >= 5 && count > 4 * beside;
+        let comes_back = count >= OFTEN && beside <= 1 && longest >= 2;
+        if (stays_long || comes_back) && count < samples.len() {
             sides.push((sign * level, stays));
         }
     }
@@ -120,9 +129,9 @@ mod tests {
         let sine: Vec<f64> = (0..2000).map(|k| (0.013 * f64::from(k)).sin()).collect();
         let clipped: Vec<f64> = sine.iter().map(|v| v.min(0.8)).collect();
         let quantised: Vec<f64> = sine.iter().map(|v| (v * 50.0).round() / 50.0).collect();
-        assert!(clipping("a_m", &sine).is_empty());
-        assert!(clipping("a_m", &quantised).is_empty());
-        let found = clipping("a_m", &clipped);
+        assert!(clipping("a_m", &sine, false).is_empty());
+        assert!(clipping("a_m", &quantised, false).is_empty());
+        let found = clipping("a_m", &clipped, false);
         assert!(matches!(found[0].kind, WarningKind::Clipping { level: 0.8, .. }) && found.len() == 1);
     }
 
@@ -134,9 +143,13 @@ mod tests {
         let ramp = |k: i32, from: i32| smooth(f64::from((k - from).clamp(0, 100)) / 100.0);
         for held in [100, 600] {
             let pulse: Vec<f64> = (0..2000).map(|k| ramp(k, 200) - ramp(k, 200 + held)).collect();
-            assert!(clipping("a_m", &pulse).is_empty(), "{held}: {:?}", clipping("a_m", &pulse));
+            assert!(
+                clipping("a_m", &pulse, false).is_empty(),
+                "{held}: {:?}",
+                clipping("a_m", &pulse, false)
+            );
             let cut: Vec<f64> = pulse.iter().map(|v| v.min(0.6)).collect();
-            let found = clipping("a_m", &cut);
+            let found = clipping("a_m", &cut, false);
             let is_top = |w: &Warning| matches!(w.kind, WarningKind::Clipping { level: 0.6, .. });
             assert!(found.len() == 1 && is_top(&found[0]), "{held}: {found:?}");
         }
@@ -150,9 +163,9 @@ mod tests {
         };
         let force: Vec<f64> =
             (0..3000).map(|k| 90.0 * (blow(k, 100) + blow(k, 900) + blow(k, 1800))).collect();
-        assert!(clipping("force_N", &force).is_empty(), "{:?}", clipping("force_N", &force));
+        assert!(clipping("force_N", &force, false).is_empty(), "{:?}", clipping("force_N", &force, false));
         let cut: Vec<f64> = force.iter().map(|value| value.min(50.0)).collect();
-        let found = clipping("force_N", &cut);
+        let found = clipping("force_N", &cut, false);
         assert!(matches!(found[0].kind, WarningKind::Clipping { level: 50.0, .. }) && found.len() == 1);
     }
 

@@ -1,10 +1,10 @@
-//! What of a record can be believed: without wild samples, before a sensor that died, after one that was
-//! overdriven.
+//! What of a record can be believed: without wild samples, before a sensor that died, without what is cut off
+//! at the ends of its range.
 
 use stillbeam_recording::Recording;
 
 use crate::result::Rejected;
-use crate::signal_checks::clipped_rows;
+use crate::signal_checks::{clipped_rows, clipping};
 use crate::warnings::{Warning, WarningKind};
 use crate::wild_samples::wild_samples;
 
@@ -13,8 +13,6 @@ const STANDS_STILL: (usize, f64) = (16, 0.02);
 /// Steps of the recorder's resolution that the signal still moved by before it stood still, for it to have
 /// died.
 const ALIVE: f64 = 6.0;
-/// Rows after the last clipped one from which a decay can be read.
-const ENOUGH: usize = 200;
 
 /// The samples that can be believed, and what is said of the others.
 pub(crate) struct SoundPart {
@@ -22,15 +20,18 @@ pub(crate) struct SoundPart {
     pub(crate) values: Vec<f64>,
     pub(crate) warnings: Vec<Warning>,
     pub(crate) left_out: Vec<Rejected>,
+    /// The row at which it was first overdriven: there the signal is largest, whatever is left of it.
+    pub(crate) overdriven: Option<usize>,
 }
 
 impl SoundPart {
     /// Takes the sound part of a column.
     pub(crate) fn new(recording: &Recording, column: &str, time_s: Vec<f64>, values: Vec<f64>) -> Self {
-        let mut sound = Self { time_s, values, warnings: Vec::new(), left_out: Vec::new() };
+        let mut sound = Self { time_s, values, warnings: Vec::new(), left_out: Vec::new(), overdriven: None };
         sound.warnings.extend(doubled(recording, column));
         sound.without_wild_samples(&recording.name, column);
         sound.before_it_died(&recording.name, column);
+        sound.without_clipped_samples(&recording.name, column);
         sound
     }
 
@@ -66,11 +67,32 @@ impl SoundPart {
         self.values.truncate(end);
     }
 
-    /// The row after the last clipped one, where enough follows to read a decay from.
-    pub(crate) fn after_clipping(&self) -> Option<usize> {
-        let last = clipped_rows(&self.values).last().copied()?;
-        (self.values.len() - last > ENOUGH).then_some(last + 1)
+    fn without_clipped_samples(&mut self, recording: &str, column: &str) {
+        self.warnings.extend(clipping(column, &self.values, true));
+        self.overdriven = clipped_rows(&self.values).first().copied();
+        self.left_out.extend(leave_out_clipped(recording, &mut self.time_s, &mut self.values));
     }
+}
+
+/// Leaves out the samples at which a signal is cut off: where they were there is nothing to be known but that
+/// it was beyond. Returns what is to be said of them.
+pub(crate) fn leave_out_clipped(
+    recording: &str,
+    time_s: &mut Vec<f64>,
+    values: &mut Vec<f64>,
+) -> Option<Rejected> {
+    let clipped = clipped_rows(values);
+    let left_out = Rejected::Samples {
+        recording: recording.to_owned(),
+        count: clipped.len(),
+        first_s: time_s[*clipped.first()?],
+        last_s: time_s[*clipped.last()?],
+        reason: "cut off at the end of the sensor's range".to_owned(),
+    };
+    let keep = |k: &usize| clipped.binary_search(k).is_err();
+    *time_s = (0..time_s.len()).filter(keep).map(|k| time_s[k]).collect();
+    *values = (0..values.len()).filter(keep).map(|k| values[k]).collect();
+    Some(left_out)
 }
 
 /// The row from which nothing changes although the signal was still moving; `None` where it came to rest, or

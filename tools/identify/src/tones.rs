@@ -5,9 +5,11 @@
 //! rings so long could, or shows no decay at all, or keeps step with the mains or with another tone.
 
 use crate::decay_modes::Uniform;
+use crate::modal_response::{Pole, free_response};
 use crate::narrow_band::{NarrowBand, WholeSpectrum};
 use crate::result::{Estimate, Rejected};
 use crate::spectra::{Window, density, local_median, peaks, prominence};
+use crate::tall::Orthonormal;
 use crate::warnings::{Warning, WarningKind};
 
 /// A driven line.
@@ -19,9 +21,32 @@ pub(crate) struct Tone {
     /// When it sounds, s from the beginning of the record.
     pub(crate) window_s: [f64; 2],
     pub(crate) reason: String,
+    /// Whether it is a steady multiple of a mains frequency.
+    pub(crate) is_hum: bool,
 }
 
 impl Tone {
+    /// A line that was fitted beside the modes, where it keeps step with the mains and does not decay over
+    /// the record as far as that can be told.
+    pub(crate) fn of_line(
+        frequency_hz: Estimate,
+        damping_ratio: Estimate,
+        window_s: [f64; 2],
+    ) -> Option<Self> {
+        let length_s = window_s[1] - window_s[0];
+        let radians = std::f64::consts::TAU * frequency_hz.value * length_s;
+        let fall = damping_ratio.value * radians;
+        let told_from_none = (UNSURE * damping_ratio.stderr * radians).clamp(STAYS, FALL);
+        let multiple = mains_multiple(frequency_hz.value, UNSURE * frequency_hz.stderr)?;
+        (fall < told_from_none).then(|| Self {
+            frequency_hz,
+            damping_ratio: damping_ratio.value,
+            window_s,
+            reason: format!("it does not decay within {length_s:.2} s; it is {multiple}"),
+            is_hum: true,
+        })
+    }
+
     /// Whether a frequency is this line's, within a bin or two of a spectrum.
     pub(crate) fn is_at(&self, frequency_hz: f64, bin_hz: f64) -> bool {
         (self.frequency_hz.value - frequency_hz).abs() < (2.0 * bin_hz).min(0.01 * frequency_hz)
@@ -40,6 +65,29 @@ impl Tone {
     }
 }
 
+/// What tones may be over time. Their frequency is known to a share of a turn over the record only: what that
+/// leaves grows with time.
+pub(crate) fn tones_over<'t>(tones: impl Iterator<Item = &'t Tone>, time_s: &[f64]) -> Orthonormal {
+    let since: Vec<f64> = time_s.iter().map(|t| t - time_s[0]).collect();
+    let mut basis = Orthonormal::default();
+    for tone in tones {
+        let pole = Pole { frequency_hz: tone.frequency_hz.value, damping_ratio: 0.0 };
+        for column in free_response(pole, 0.0, &since) {
+            let turned: Vec<f64> = column.iter().zip(&since).map(|(y, t)| y * t).collect();
+            basis.push(column);
+            basis.push(turned);
+        }
+    }
+    basis
+}
+
+/// Takes the hum of the mains out of a signal; whether there was any.
+pub(crate) fn take_hum_out(time_s: &[f64], values: &mut [f64]) -> bool {
+    let tones = find_tones(&Uniform::new(time_s, values));
+    tones_over(tones.iter().filter(|tone| tone.is_hum), time_s).remove_from(values);
+    tones.iter().any(|tone| tone.is_hum)
+}
+
 /// Peaks this far above the floor around them (a power ratio, 14 dB) are looked at, so many at most.
 const ABOVE_FLOOR: f64 = 25.0;
 const MOST: usize = 10;
@@ -47,6 +95,9 @@ const MOST: usize = 10;
 const HELD: f64 = 0.25;
 /// Nepers by which a tone's amplitude may fall over its stretch.
 const FALL: f64 = 0.3;
+/// Nepers below which it does not fall, and standard errors within which a fitted value may lie elsewhere.
+const STAYS: f64 = 0.05;
+const UNSURE: f64 = 3.0;
 /// Band samples and periods that a stretch must have.
 const SAMPLES: usize = 12;
 const PERIODS: f64 = 25.0;
@@ -210,10 +261,12 @@ impl Held {
                 "it keeps its amplitude from {from_s:.2} s to {to_s:.2} s and then stops at once, as nothing does that rings freely"
             ));
         }
-        if self.steady && self.fall.abs() < 0.05 {
+        if self.steady && self.fall.abs() < STAYS {
             reasons.push(format!("it does not decay within {:.2} s", to_s - from_s));
         }
-        if let Some(multiple) = mains_multiple(self.frequency_hz.value).filter(|_| self.steady) {
+        let multiple = mains_multiple(self.frequency_hz.value, 0.0).filter(|_| self.steady);
+        let is_hum = multiple.is_some();
+        if let Some(multiple) = multiple {
             reasons.push(format!("it is {multiple}"));
         }
         if let Some((order, base_hz)) = self.harmonic_of(all).filter(|_| self.steady) {
@@ -224,6 +277,7 @@ impl Held {
             damping_ratio: self.damping_ratio,
             window_s: self.window_s,
             reason: reasons.join("; "),
+            is_hum,
         })
     }
 
@@ -237,11 +291,13 @@ impl Held {
     }
 }
 
-/// Which multiple of a mains frequency a line is, if it is one of the first dozen.
-fn mains_multiple(frequency_hz: f64) -> Option<String> {
+/// Which multiple of a mains frequency a line is, if it is one of the first dozen; its frequency may be off
+/// by so many Hz.
+fn mains_multiple(frequency_hz: f64, off_hz: f64) -> Option<String> {
     [50.0, 60.0].into_iter().find_map(|mains_hz: f64| {
         let order = (frequency_hz / mains_hz).round();
-        let near = (frequency_hz / (order * mains_hz) - 1.0).abs() < LOCKED;
+        let near = (frequency_hz / (order * mains_hz) - 1.0).abs();
+        let near = near < LOCKED + off_hz / frequency_hz;
         ((1.0..=12.0).contains(&order) && near).then(|| format!("{order} times the mains' {mains_hz} Hz"))
     })
 }
@@ -275,6 +331,22 @@ mod tests {
             assert!(frequencies.iter().any(|f| (f - wanted).abs() < 0.1), "{found:?}");
         }
         assert!(found.iter().all(|tone| tone.reason.contains("at once")), "{found:?}");
+    }
+
+    #[test]
+    fn a_fitted_line_is_hum_where_it_keeps_step_with_the_mains_and_may_not_fall_and_a_mode_else() {
+        let exactly = |value: f64| Estimate { value, stderr: 1e-3 * value };
+        let is_hum = |hz: f64, damping: Estimate, length_s: f64| {
+            Tone::of_line(exactly(hz), damping, [1.0, 1.0 + length_s]).is_some()
+        };
+        for hz in [50.0, 60.03, 99.95, 180.1] {
+            assert!(is_hum(hz, exactly(1e-6), 1.5), "{hz}");
+            // Falls by 0.2 nepers within an error of 0.1.
+            let unsure = 0.1 / (TAU * hz * 1.5);
+            assert!(is_hum(hz, Estimate { value: 2.0 * unsure, stderr: unsure }, 1.5), "{hz}");
+            assert!(!is_hum(hz, exactly(1e-3), 1.5), "{hz}");
+            assert!(!is_hum(1.07 * hz, exactly(1e-6), 1.5), "{hz}");
+        }
     }
 
     #[test]

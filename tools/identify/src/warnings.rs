@@ -120,6 +120,9 @@ pub enum WarningKind {
         level: f64,
         /// Samples at that value.
         samples: usize,
+        /// Whether the fit does without them.
+        #[serde(default)]
+        left_out: bool,
     },
     /// Single samples far outside all around them: set aside.
     WildSamples {
@@ -199,6 +202,17 @@ pub enum WarningKind {
     ResidualsNotNoise {
         /// By how many standard errors the fits with and without a noise model differ.
         apart: f64,
+    },
+    /// The fit explains visibly less of its column than the noise in it allows.
+    LeavesMoreThanNoise {
+        /// The column.
+        column: String,
+        /// How much the fit explains, percent.
+        explained_percent: f64,
+        /// How much a fit that leaves noise alone would explain, percent.
+        possible_percent: f64,
+        /// Where what is left is loudest, Hz.
+        loudest_hz: f64,
     },
     /// Recordings of the same structure disagree.
     RecordingsDisagree {
@@ -407,8 +421,13 @@ impl WarningKind {
                 quantity.words(),
                 (early - late).abs() / stderr
             ),
-            Self::Clipping { column, level, samples } => format!(
-                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, which spoils amplitude and damping; record with a larger range, or begin behind it (`--start`)"
+            Self::Clipping { column, level, samples, left_out } => format!(
+                "column `{column}` stays at its extreme {level} for {samples} samples: it looks clipped, {}; record with a larger range",
+                if *left_out {
+                    "and these samples were left out"
+                } else {
+                    "which spoils amplitude and damping"
+                }
             ),
             Self::WildSamples { column, samples } => {
                 let named: Vec<String> =
@@ -459,6 +478,9 @@ impl WarningKind {
             }
             Self::ResidualsNotNoise { apart } => format!(
                 "what the fit leaves is not independent noise (with and without a noise model it differs by {apart:.1} standard errors): the structure does something that the modes do not; `stillbeam diagnose` looks for what"
+            ),
+            Self::LeavesMoreThanNoise { column, explained_percent, possible_percent, loudest_hz } => format!(
+                "the fit explains {explained_percent:.1} % of `{column}`, and the noise in it would allow {possible_percent:.1} %: what is left is loudest near {loudest_hz:.3} Hz; a mode may be missing there, or the sensor saw something else (a drift, a motor, a structure that is not linear)"
             ),
             Self::RecordingsDisagree {
                 mode_hz,

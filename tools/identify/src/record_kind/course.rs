@@ -32,6 +32,10 @@ const BEYOND_DOUBT: f64 = 0.97;
 /// Share of the energy that may come before the peak of what is a decay beyond doubt: a sweep builds its
 /// resonance up.
 const NOTHING_BEFORE: f64 = 0.02;
+/// Share of its loudest block from which a signal has begun, and nepers by which each oscillation of ringing
+/// that hardly falls does fall over the record.
+const LOUD: f64 = 0.3;
+const BARELY_FALLS: f64 = 0.05;
 /// Share of the energy that may come before the peak.
 const BEFORE: f64 = 0.35;
 
@@ -70,6 +74,22 @@ pub(super) fn is_plain(signal: &[f64], interval_s: f64) -> bool {
     let energy = |some: &[f64]| some.iter().map(|r| r * r).sum::<f64>();
     let quiet_before = energy(&loudness[..peak]) < NOTHING_BEFORE * energy(&loudness);
     quiet_before && explained(&signal[peak * block..], interval_s) > BEYOND_DOUBT
+}
+
+/// Whether a signal rings and hardly falls: nothing is loud before it begins, and a few oscillations explain
+/// nearly all that follows, each of which falls. Lines that are driven do not fall at all.
+pub(super) fn hardly_falls(signal: &[f64], interval_s: f64) -> bool {
+    let block = (signal.len() / BLOCKS).max(4);
+    let loudness: Vec<f64> = signal.chunks(block).map(rms).collect();
+    let top = loudness.iter().fold(0.0_f64, |top, r| top.max(*r));
+    let Some(begins) = loudness.iter().position(|r| *r > LOUD * top) else { return false };
+    let energy = |some: &[f64]| some.iter().map(|r| r * r).sum::<f64>();
+    // Within the block in which it begins there is still silence.
+    let from = if begins > 0 { (begins + 1) * block } else { 0 };
+    let after = signal.get(from..).unwrap_or_default();
+    energy(&loudness[..begins]) < NOTHING_BEFORE * energy(&loudness)
+        && after.len() > signal.len() / 2
+        && explained_by(after, interval_s, BARELY_FALLS) > BEYOND_DOUBT
 }
 
 /// Whether a few oscillations that decay at all explain nearly all of a signal.

@@ -23,8 +23,10 @@ use serde::{Deserialize, Serialize};
 use stillbeam_recording::Recording;
 
 use crate::decay_modes::Uniform;
+use crate::drift::drift;
 use crate::error::IdentifyError;
 use crate::forced_record::readings;
+use crate::tones::take_hum_out;
 use crate::wild_samples::without_wild;
 
 pub use ridge::SweepLine;
@@ -124,7 +126,22 @@ impl Recognised {
 /// [`IdentifyError`] when the column is missing or has too few samples.
 pub fn recognise(recording: &Recording, column: &str) -> Result<Recognised, IdentifyError> {
     let present = readings(recording, column)?;
-    Ok(recognise_signal(&present.time_s, &present.values))
+    let found = recognise_signal(&present.time_s, &present.values);
+    if matches!(found.kind, RecordKind::FreeDecay | RecordKind::Pulse | RecordKind::Sweep) {
+        return Ok(found);
+    }
+    let beneath = beneath(&present.time_s, &present.values).filter(|one| one.kind == RecordKind::FreeDecay);
+    Ok(beneath.unwrap_or(found))
+}
+
+/// What a record is without what its sensor drifts by and the hum of the mains, where there are any: neither
+/// ever falls, and a decay beneath them does.
+fn beneath(time_s: &[f64], values: &[f64]) -> Option<Recognised> {
+    let mut left = without_wild(values);
+    let drift = drift(time_s, &left);
+    left.iter_mut().zip(drift.iter().flatten()).for_each(|(y, drift)| *y -= drift);
+    let hums = take_hum_out(time_s, &mut left);
+    (drift.is_some() || hums).then(|| recognise_signal(time_s, &left))
 }
 
 /// The same of samples.
@@ -153,7 +170,7 @@ pub(crate) fn recognise_signal(time_s: &[f64], values: &[f64]) -> Recognised {
     }
     // Before what repeats: without noise a decay is nothing but its lines, and they repeat as long as they
     // last.
-    if course::is_decay(&signal, interval_s) {
+    if course::is_decay(&signal, interval_s) || course::hardly_falls(&signal, interval_s) {
         return Recognised::of(RecordKind::FreeDecay);
     }
     let tone = lines::tone(&signal, interval_s);

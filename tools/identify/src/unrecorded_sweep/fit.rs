@@ -90,6 +90,11 @@ impl Fitted {
     pub(super) fn worth(&self) -> f64 {
         self.left * PER_MODE.powi(self.poles.len() as i32)
     }
+
+    /// Whether a further mode explains enough more.
+    pub(super) fn is_worth(&self, more: &Self) -> bool {
+        more.left < WORTH_A_MODE * self.left
+    }
 }
 
 impl SweptModes<'_> {
@@ -233,28 +238,16 @@ pub(super) fn fitted(
     Some(whole.found(&fit_roughly(&whole, &range)?))
 }
 
-/// The same sweep, with as many more modes as explain more.
-pub(super) fn with_more_modes(
-    record: &Evened,
-    plan: &SweepPlan,
-    quantity: OutputQuantity,
-    mut best: Fitted,
-) -> Fitted {
-    while best.poles.len() < MOST_MODES {
-        match with_one_more(record, plan, quantity, &best) {
-            Some(more) if more.left < WORTH_A_MODE * best.left => best = more,
-            _ => break,
-        }
-    }
-    best
-}
-
-fn with_one_more(
+/// The same sweep with one more mode; `None` where it has all that are looked for.
+pub(super) fn with_one_more(
     record: &Evened,
     plan: &SweepPlan,
     quantity: OutputQuantity,
     best: &Fitted,
 ) -> Option<Fitted> {
+    if best.poles.len() == MOST_MODES {
+        return None;
+    }
     let shape = best.shape;
     let rows = swept_rows(record, plan, shape, [best.start_s, best.rate])?;
     let kind = |modes| (shape, best.rate.signum(), quantity, modes);

@@ -21,7 +21,7 @@ use crate::error::IdentifyError;
 use crate::forced_record::{quantity_of, readings, refuse_constant};
 use crate::modal_response::OutputQuantity;
 use align::{Evened, align};
-use fit::{Fitted, fitted, with_more_modes};
+use fit::{Fitted, fitted, with_one_more};
 use signal::SweepSignal;
 
 /// Name of the column that is added.
@@ -48,6 +48,8 @@ pub struct FoundSweep {
 const COHERENT: f64 = 0.3;
 /// How many times as much as the best one a shape may leave with one mode to be tried with more.
 const RIVALS: f64 = 4.0;
+/// The same with more modes, whose turns tell shapes apart.
+const LATE_RIVALS: f64 = 2.0;
 /// Highest harmonic of pulses, as a share of the sampling rate: a spline follows them.
 const HIGHEST: f64 = 0.2;
 
@@ -83,10 +85,8 @@ pub fn find_sweep(
         found
             .extend(fitted(&record, plan, shape, quantity, aligned).map(|fitted| (fitted, aligned.coherent)));
     }
-    let least = found.iter().map(|(fitted, _)| fitted.left).fold(f64::INFINITY, f64::min);
-    let rivals = found.into_iter().filter(|(fitted, _)| fitted.left <= RIVALS * least);
-    let more = rivals.map(|(fitted, coherent)| (with_more_modes(&record, plan, quantity, fitted), coherent));
-    let Some((found, coherent)) = more.min_by(|a, b| a.0.worth().total_cmp(&b.0.worth())) else {
+    let Some((found, coherent)) = best_of(found, |fitted| with_one_more(&record, plan, quantity, fitted))
+    else {
         return Err(IdentifyError::SweepNotFound {
             recording: recording.name.clone(),
             column: output.to_owned(),
@@ -106,6 +106,33 @@ pub fn find_sweep(
         shape: found.shape,
         coherent,
     })
+}
+
+/// The shape that explains most once each has the modes that it needs. All take a further mode in the same
+/// round, so that those that fall far behind are given up before they cost much: a sweep of the wrong shape
+/// makes slow fits.
+fn best_of(
+    mut rivals: Vec<(Fitted, f64)>,
+    with_one_more: impl Fn(&Fitted) -> Option<Fitted>,
+) -> Option<(Fitted, f64)> {
+    let mut complete: Vec<(Fitted, f64)> = Vec::new();
+    for modes in 1.. {
+        let all = || complete.iter().chain(&rivals);
+        let least = all().map(|(fitted, _)| fitted.left).fold(f64::INFINITY, f64::min);
+        let most = if modes == 1 { RIVALS } else { LATE_RIVALS };
+        rivals.retain(|(fitted, _)| fitted.left <= most * least);
+        if rivals.is_empty() {
+            break;
+        }
+        let before = std::mem::take(&mut rivals);
+        for (fitted, coherent) in before {
+            match with_one_more(&fitted).filter(|more| fitted.is_worth(more)) {
+                Some(more) => rivals.push((more, coherent)),
+                None => complete.push((fitted, coherent)),
+            }
+        }
+    }
+    complete.into_iter().min_by(|a, b| a.0.worth().total_cmp(&b.0.worth()))
 }
 
 impl FoundSweep {

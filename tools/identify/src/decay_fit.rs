@@ -60,7 +60,7 @@ impl DecayFit {
             })?;
             let covariance = fit_covariance(&model, &minimum);
             // What the whole record does not bear out was a leftover of a neighbour: fit again without it.
-            let kept = borne_out(&minimum, covariance.as_ref(), &range, &record.time_s);
+            let kept = borne_out(&minimum, covariance.as_ref(), &range, &record.time_s, loudest(&parts));
             if kept.iter().all(|kept| *kept) {
                 let runs = even_runs(&record.time_s, 0);
                 let whitener = Whitener::of(&minimum.point.residuals, runs);
@@ -178,13 +178,20 @@ fn search_range(parts: &[Part]) -> Vec<Parameter> {
     parts.iter().flat_map(range).collect()
 }
 
+/// Place of the part with the most energy.
+fn loudest(parts: &[Part]) -> Option<usize> {
+    (0..parts.len()).max_by(|&a, &b| parts[a].energy.total_cmp(&parts[b].energy))
+}
+
 /// Which modes the fit of the whole record determines: inside their range, damping known to better than half,
-/// and an amplitude that stands out of its error.
+/// and an amplitude that stands out of its error. The loudest one does in any case: what it leaves by not being
+/// linear makes its own error large.
 fn borne_out(
     minimum: &Minimum<Projected>,
     covariance: Option<&DMatrix<f64>>,
     range: &[Parameter],
     time_s: &[f64],
+    loudest: Option<usize>,
 ) -> Vec<bool> {
     let left = &minimum.point.residuals;
     let power = dot(left, left) / left.len().max(1) as f64;
@@ -208,7 +215,9 @@ fn borne_out(
                 && found[damping] < range[damping].upper - 1e-9;
             let tone = pole(found, mode).decay_time_s() > 10.0 * (time_s[time_s.len() - 1] - time_s[0]);
             let relative = covariance.map(|c| c[(damping, damping)].max(0.0).sqrt());
-            inside && heard(mode) && (tone || relative.is_none_or(|stderr| stderr < 0.5))
+            inside
+                && (loudest == Some(mode) || heard(mode))
+                && (tone || relative.is_none_or(|stderr| stderr < 0.5))
         })
         .collect()
 }

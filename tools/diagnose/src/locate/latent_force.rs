@@ -9,7 +9,7 @@ use serde::Serialize;
 use stillbeam_plant::state_space::InjectionPoint;
 use stillbeam_plant::{Hold, Motion, Physics, StateSpace, force_along};
 
-use super::smoother::{ForcedError, Readings};
+use super::smoother::{ForcedError, Readings, reading};
 use crate::noise::NoiseFloor;
 use crate::record::{OutputSignal, Record};
 use crate::simulation::{Hypothesis, at_samples, simulate, state_count};
@@ -234,7 +234,7 @@ fn smoothed(
                 values[place] = *value;
             }
         }
-        rows.push(DVector::from_row_slice(&space.outputs()[output.index].row.state));
+        rows.push(reading(&space.outputs()[output.index], point));
         noises.push(floors[output.index].as_ref()?.rms.powi(2));
         series.push(values);
     }

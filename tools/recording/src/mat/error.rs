@@ -53,6 +53,14 @@ pub enum MatProblem {
         /// The limit.
         limit: usize,
     },
+    /// Another format where matrices are wanted.
+    #[error(
+        "the file is in the format {looks_like}; save the matrices with -v7 in MATLAB or scipy.io.savemat"
+    )]
+    NotMat {
+        /// The format found.
+        looks_like: String,
+    },
     /// Nothing says when the samples were taken.
     #[error(
         "no variable is called time_s, interval_s or rate_hz; say where the time is, with --time VARIABLE or --sample-rate HZ; \

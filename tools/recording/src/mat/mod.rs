@@ -9,9 +9,11 @@ mod columns;
 mod element;
 mod error;
 mod level_4;
+mod matrices;
 mod variable;
 
 pub use error::MatProblem;
+pub use matrices::{MatValue, MatVariable, read_mat_variables};
 
 pub(crate) use level_4::is_level_4;
 pub(crate) use variable::{Value, Variable};

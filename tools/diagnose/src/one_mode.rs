@@ -16,13 +16,14 @@ pub(crate) struct OneMode {
 }
 
 impl OneMode {
-    /// Of a parameter that belongs to one of several independent modes; `None` where laws, a controller or a
-    /// real pole join them.
+    /// Of a parameter that belongs to one of several independent modes; `None` where laws, a controller, a
+    /// real pole or lags join them.
     pub(crate) fn of(hypothesis: &Hypothesis, parameter: &FreeParameter) -> Option<Self> {
         let Model::Modal(model) = &hypothesis.model else { return None };
         let is_joined = !model.setup.physics.is_empty() || model.setup.controller.is_some();
         let starts_elsewhere = !model.setup.initial.is_empty();
-        if is_joined || starts_elsewhere || model.real_pole.is_some() || model.modes.len() < 2 {
+        let is_beside = model.real_pole.is_some() || !model.beside.is_empty();
+        if is_joined || starts_elsewhere || is_beside || model.modes.len() < 2 {
             return None;
         }
         let (number, name) = parameter.path.strip_prefix("mode.")?.split_once('.')?;

@@ -187,8 +187,8 @@ pub(crate) fn state_count(hypothesis: &Hypothesis) -> Option<usize> {
 }
 
 /// The response of every recorded output to a unit of every initial value, the input being zero: displacement and
-/// velocity of every coordinate in turn, of the linear model. Last, where there is one, that of a real pole: a recording may begin
-/// while a base that slides freely still moves.
+/// velocity of every coordinate in turn, of the linear model. Last, where there are some, those of real poles: a recording may
+/// begin while a base that slides freely still moves.
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
     let space = StateSpace::new(&hypothesis.model).ok()?;
     let rest = space.rest_at(0.0);
@@ -200,10 +200,15 @@ pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option
             starts.push(state.iter().zip(&rest).map(|(a, b)| a - b).collect::<Vec<f64>>());
         }
     }
-    if matches!(&hypothesis.model, Model::Modal(model) if model.real_pole.is_some()) {
-        let mut start = vec![0.0; space.order()];
-        *start.last_mut()? = 1.0;
-        starts.push(start);
+    // Of a modal model, states behind those of the coordinates; one that no output reads changes nothing.
+    let behind = if matches!(hypothesis.model, Model::Modal(_)) { starts.len() } else { space.order() };
+    for index in behind..space.order() {
+        if space.outputs().iter().any(|output| output.row.state.get(index).is_some_and(|share| *share != 0.0))
+        {
+            let mut start = vec![0.0; space.order()];
+            start[index] = 1.0;
+            starts.push(start);
+        }
     }
     let mut respond = |start: &Vec<f64>| -> Option<Vec<Vec<f64>>> {
         record

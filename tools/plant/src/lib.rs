@@ -71,10 +71,11 @@ pub use drive::ServoDrive;
 pub use error::PlantError;
 pub use metrics::{Move, MoveMetrics, measure_move};
 pub use model::{
-    BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Body, Connection,
-    Controller, DriveLimits, FORCE, GROUND, InitialState, Input, InvalidParameter, LumpedInput, LumpedModel,
-    LumpedOutput, MAX_BODIES, MAX_MODES, ModalModel, ModalOutput, Model, Physics, Problem, Quantity,
-    RealPole, SETPOINT, SectionTables, Sensor, SensorKind, Setup, TIP_DEFLECTION, TIP_POSITION,
+    BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Beside, Body,
+    Connection, Controller, DRIVING_POINT, DriveLimits, FORCE, GROUND, InitialState, Input, InvalidParameter,
+    Lag, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES, MAX_MODES, ModalModel, ModalOutput, Model,
+    Physics, Problem, Quantity, RealPole, Rigid, SETPOINT, SectionTables, Sensor, SensorKind, Setup,
+    TIP_DEFLECTION, TIP_POSITION,
 };
 pub use model_file::{ModelFileError, SCHEMA};
 pub use modes::Mode;

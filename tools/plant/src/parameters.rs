@@ -3,7 +3,7 @@
 //! | kind | paths |
 //! |---|---|
 //! | beam on a base | `beam.length_m`, `beam.density_kg_m3`, `beam.young_Pa`, `beam.width_m.1` (corners count from 1; a uniform profile is its own corner 1), `beam.thickness_m.1`, `beam.damping_ratio.1` or `beam.rayleigh.1`, `beam.tip_mass_kg`, `beam.clamp_stiffness_N_m_rad`, `base.mass_kg`, `base.viscous_N_s_m` |
-//! | modal | `mode.1.frequency_hz`, `mode.1.damping_ratio`, `mode.1.participation.1` |
+//! | modal | `mode.1.frequency_hz`, `mode.1.damping_ratio`, `mode.1.participation.1`; where they are not zero `mode.1.quadrature.1`, `lag.1.time_constant_s`, `lag.1.participation.1`, `rigid.displacement.1`, `rigid.velocity.1`, `output.1.feedthrough` |
 //! | lumped | `body.slider.mass`, `spring.slider-ground.stiffness`, `damper.slider-ground.damping` |
 //! | all | `drive.bandwidth_hz`, `drive.damping_ratio`, `input.gain`, `physics.1.force` |
 //!
@@ -147,6 +147,10 @@ impl Model {
                         visit(path(&format!("participation.{output}")), String::new(), any, value);
                     }
                 }
+                model.beside.visit(&mut |path, is_time, value| {
+                    let (unit, bounds) = if is_time { ("s", positive) } else { ("", any) };
+                    visit(path, unit.to_owned(), bounds, value);
+                });
                 if let Some(real) = &mut model.real_pole {
                     let path = |name: &str| format!("real_pole.{name}");
                     visit(path("time_constant_s"), "s".to_owned(), positive, &mut real.time_constant_s);

@@ -201,10 +201,17 @@ fn run_machine(
 pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Result<Recording, PlantError> {
     let space = StateSpace::held(model)?;
     let mut state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();
-    // A base that slides freely starts at rest.
-    state.extend(matches!(model, Model::Modal(model) if model.real_pole.is_some()).then_some(0.0));
+    // What is beside the modes, a base that slides freely, starts at rest.
+    let is_mode = |point: &&crate::state_space::InjectionPoint| point.name.starts_with("mode ");
+    let modes = match model {
+        Model::Modal(_) => space.points().iter().filter(is_mode).count(),
+        _ => space.system.value.len() / 2,
+    };
+    if state.len() == 2 * modes {
+        state.resize(space.system.value.len(), 0.0);
+    }
     if state.len() != space.system.value.len() {
-        let (modes, found) = (space.system.value.len() / 2, initial.len());
+        let found = initial.len();
         return Err(PlantError::InitialStates { modes, found });
     }
     let mut result = Recording::new("free decay, simulated", time_s);

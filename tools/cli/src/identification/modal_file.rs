@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use stillbeam_identify::IdentifiedModes;
 use stillbeam_plant::{
-    BASE_POSITION, Input, ModalModel, ModalOutput, Mode, Quantity, RealPole, SETPOINT, Sensor, Setup,
+    BASE_POSITION, Beside, Input, ModalModel, ModalOutput, Mode, Quantity, RealPole, SETPOINT, Sensor, Setup,
 };
 use stillbeam_recording::Column;
 
@@ -119,6 +119,8 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
                 .map(|mode| vec![mode.rate_participation.map_or(0.0, |rate| rate.value)])
                 .collect(),
         }),
+        beside: Beside::default(),
+        driving_point: None,
         drive: None,
         input,
         outputs: vec![ModalOutput { column: modes.output.clone(), quantity }],

@@ -2,7 +2,7 @@
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, Structure};
 use super::laws;
-use crate::model::{GROUND, InvalidParameter, Model, Physics, Problem, unit_of};
+use crate::model::{DRIVING_POINT, GROUND, InvalidParameter, Model, Physics, Problem, unit_of};
 use crate::modes::Mode;
 
 /// A law at a place where this model lets it sit: what a diagnosis may try.
@@ -29,6 +29,7 @@ impl Model {
             Self::Modal(model) => {
                 names.push("base".to_owned());
                 names.extend((1..=model.modes.len()).map(|number| format!("mode {number}")));
+                names.push(DRIVING_POINT.to_owned());
             }
             Self::Lumped(model) => {
                 let free = |name: &str| model.moved_body() != Some(name);
@@ -68,6 +69,7 @@ pub fn place_of(model: &Model, location: &str) -> Option<Place> {
             "base" if model.input_is_motion() => Some(Place::Base),
             // A further mode belongs to the structure as a whole.
             "beam" => Some(Place::Beam),
+            DRIVING_POINT => modal.driving_output().map(|_| Place::Part),
             _ => is_mode(modal.modes.len()),
         },
         Model::Lumped(lumped) => {
@@ -191,6 +193,7 @@ fn units_at(model: &Model, location: &str) -> (String, String) {
         }
         Model::BeamOnBase(_) => of("m", "N"),
         Model::Modal(_) if location == "base" => of("m", "m/s²"),
+        Model::Modal(modal) if location == DRIVING_POINT => modal.driving_units(),
         Model::Modal(modal) => {
             let position =
                 modal.outputs.iter().find(|output| output.quantity == crate::model::Quantity::Position);

@@ -156,6 +156,24 @@ pub enum Problem {
         "a real pole belongs to a base that a force pushes: the input must be a force and every output a position or a velocity"
     )]
     RealPolePlace,
+    /// Lags, rigid motion, quadrature or feedthrough where there is no place for them.
+    #[error(
+        "lags, rigid motion, quadrature and feedthrough belong to modes that a force drives, without a real pole; remove them, or take a force or an acceleration as input"
+    )]
+    BesidePlace,
+    /// A driving point without a force.
+    #[error(
+        "the driving point is where a force acts: the input must be a force, and there must be no real pole; remove `driving_point`"
+    )]
+    DrivingPointInput,
+    /// The motion at the driving point does not follow from the output.
+    #[error(
+        "`{column}` has a share of the force itself, or lags or free motion in an acceleration, so that it does not say where the point is; mark an output that is the point's position or velocity"
+    )]
+    DrivingPointOutput {
+        /// The output.
+        column: String,
+    },
     /// Rates of some modes only.
     #[error(
         "rates of {found} modes for {modes} modes; give every [[mode]] its rate_participation, 0 for none"

@@ -1,6 +1,8 @@
 //! Models in memory: plain data, and the checks that make it usable.
 
 mod beam_on_base;
+mod beside;
+mod driving_point;
 mod invalid;
 mod lumped;
 mod modal;
@@ -12,12 +14,16 @@ pub use beam_on_base::{
     BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, FORCE, MAX_MODES,
     SETPOINT, SectionTables, TIP_DEFLECTION, TIP_POSITION,
 };
+pub use beside::{Beside, Lag, Rigid};
 pub(crate) use invalid::positive;
 pub use invalid::{InvalidParameter, Problem};
 pub(crate) use lumped::pair;
 pub use lumped::{Body, Connection, GROUND, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES};
 pub use modal::{ModalModel, ModalOutput, Quantity, RealPole};
 pub use setup::{Controller, DriveLimits, InitialState, Physics, Sensor, SensorKind, Setup};
+
+/// The place where the force of the input acts, of a modal model one of whose outputs reads its motion.
+pub const DRIVING_POINT: &str = "driving_point";
 
 /// What drives the model: the recording's column of this name.
 #[derive(Debug, Clone, PartialEq)]
@@ -142,7 +148,14 @@ impl Model {
     /// Whether what is at a location turns about an axis of its own against the ground: an output reads a
     /// body's angle, angular velocity or angular acceleration in radian.
     pub fn turns(&self, location: &str) -> bool {
-        let Self::Lumped(model) = self else { return false };
+        let model = match self {
+            Self::Lumped(model) => model,
+            Self::Modal(model) if location == DRIVING_POINT => {
+                let output = model.driving_output();
+                return output.is_some_and(|(_, output)| unit_of(&output.column).starts_with("rad"));
+            }
+            _ => return false,
+        };
         let mut outputs = model.outputs.iter().filter(|output| output.body == location);
         outputs.any(|output| unit_of(&output.column).starts_with("rad"))
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::beam_on_base::check_input;
+use super::beside::Beside;
 use super::invalid::{InvalidParameter, Problem, distinct_columns, finite, positive, underdamped};
 use super::{Input, Setup};
 use crate::drive::ServoDrive;
@@ -49,10 +50,14 @@ pub struct RealPole {
 /// motion of the base.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModalModel {
-    /// The modes, at least one, each with one participation per output.
+    /// The modes, each with one participation per output; at least one where nothing is beside them.
     pub modes: Vec<Mode>,
     /// A real pole beside them; only where the input is a force, and no output an acceleration.
     pub real_pole: Option<RealPole>,
+    /// What the outputs have beside the modes, of a system that was given as matrices; not with a `real_pole`.
+    pub beside: Beside,
+    /// The column of the output that moves where the force of the input acts: the place `driving_point` for laws.
+    pub driving_point: Option<String>,
     /// Servo between setpoint and base; `None` is ideal. Only the input `setpoint_m` passes through it.
     pub drive: Option<ServoDrive>,
     /// `base_position_m`, `setpoint_m`, or any other column, which then is a force; `None` is a free decay.
@@ -78,6 +83,7 @@ impl ModalModel {
             paths.extend(["time_constant_s", "participation"].map(|name| format!("real_pole.{name}")));
             paths.extend((1..=self.modes.len()).map(|number| format!("mode.{number}.rate_participation")));
         }
+        paths.extend(self.beside.paths());
         if self.drive.is_some() {
             paths.extend(ServoDrive::PARAMETER_PATHS.map(str::to_owned));
         }
@@ -92,7 +98,7 @@ impl ModalModel {
     /// # Errors
     /// The first [`InvalidParameter`] found.
     pub fn check(&self) -> Result<(), InvalidParameter> {
-        if self.modes.is_empty() {
+        if self.modes.is_empty() && self.beside.is_empty() {
             return Err(InvalidParameter::new("mode", Problem::Missing));
         }
         if self.outputs.is_empty() {
@@ -112,6 +118,7 @@ impl ModalModel {
             mode.participation.iter().try_for_each(|&value| finite(key("participation"), value))?;
         }
         self.check_real_pole()?;
+        self.beside.check(self)?;
         if let Some(drive) = &self.drive {
             drive.check()?;
         }
@@ -119,6 +126,7 @@ impl ModalModel {
             check_input(input, &[])?;
             self.check_quantities(input)?;
         }
+        self.check_driving_point()?;
         let input = self.input.iter().map(|input| ("input.column".to_owned(), input.column.as_str()));
         distinct_columns(
             input.chain(

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA;
-use super::setup::{ControllerTable, InitialTable, PhysicsTable, SensorTable, SetupTables};
+use super::setup::{ControllerTable, InitialTable, PhysicsTable, SensorTable, SetupTables, is_zero};
 use super::signals::{DriveTable, InputTable, QuantityName};
-use crate::model::{InvalidParameter, ModalModel, ModalOutput, Problem, RealPole};
+use crate::model::{Beside, InvalidParameter, Lag, ModalModel, ModalOutput, Problem, RealPole, Rigid};
 use crate::modes::Mode;
 
 #[derive(Serialize, Deserialize)]
@@ -19,6 +19,10 @@ pub(super) struct File {
     mode: Vec<ModeTable>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     real_pole: Option<RealPoleTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    lag: Vec<LagTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rigid: Option<RigidTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
     drive: Option<DriveTable>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,6 +49,22 @@ struct ModeTable {
     participation: Vec<f64>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     rate_participation: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    quadrature: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LagTable {
+    time_constant_s: f64,
+    participation: Vec<f64>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RigidTable {
+    displacement: Vec<f64>,
+    velocity: Vec<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -60,10 +80,15 @@ struct OutputTable {
     column: String,
     #[serde(default)]
     quantity: QuantityName,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    feedthrough: f64,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    driving_point: bool,
 }
 
 impl File {
     pub(super) fn into_model(self) -> Result<ModalModel, InvalidParameter> {
+        let beside = self.beside();
         let setup = SetupTables {
             controller: self.controller,
             initial: self.initial,
@@ -77,7 +102,10 @@ impl File {
         // A mode that says nothing of its rate has none.
         let rate = |rate: Vec<f64>| if rate.is_empty() { vec![0.0; self.output.len()] } else { rate };
         let rate_participation = rates.into_iter().map(rate).collect();
+        let driving = self.output.iter().find(|output| output.driving_point);
         Ok(ModalModel {
+            beside,
+            driving_point: driving.map(|output| output.column.clone()),
             real_pole: self.real_pole.map(|real| RealPole {
                 time_constant_s: real.time_constant_s,
                 participation: real.participation,
@@ -104,7 +132,34 @@ impl File {
         })
     }
 
+    fn beside(&self) -> Beside {
+        let nothing = || vec![0.0; self.output.len()];
+        let shares = |mode: &ModeTable| {
+            if mode.quadrature.is_empty() { nothing() } else { mode.quadrature.clone() }
+        };
+        let quadrature: Vec<Vec<f64>> = self.mode.iter().map(shares).collect();
+        let feedthrough: Vec<f64> = self.output.iter().map(|output| output.feedthrough).collect();
+        let is_zero = |list: &Vec<f64>| list.iter().all(|share| *share == 0.0);
+        Beside {
+            quadrature: if quadrature.iter().all(is_zero) { Vec::new() } else { quadrature },
+            lags: self
+                .lag
+                .iter()
+                .map(|lag| Lag {
+                    time_constant_s: lag.time_constant_s,
+                    participation: lag.participation.clone(),
+                })
+                .collect(),
+            rigid: self.rigid.as_ref().map(|rigid| Rigid {
+                displacement: rigid.displacement.clone(),
+                velocity: rigid.velocity.clone(),
+            }),
+            feedthrough: if is_zero(&feedthrough) { Vec::new() } else { feedthrough },
+        }
+    }
+
     pub(super) fn from_model(model: &ModalModel) -> Self {
+        let beside = &model.beside;
         let setup = SetupTables::from_setup(&model.setup);
         let rates =
             model.real_pole.as_ref().map(|real| real.rate_participation.as_slice()).unwrap_or_default();
@@ -121,18 +176,37 @@ impl File {
                     damping_ratio: mode.damping_ratio,
                     participation: mode.participation.clone(),
                     rate_participation: rate_of(index),
+                    quadrature: beside.quadrature.get(index).cloned().unwrap_or_default(),
                 })
                 .collect(),
             real_pole: model.real_pole.as_ref().map(|real| RealPoleTable {
                 time_constant_s: real.time_constant_s,
                 participation: real.participation.clone(),
             }),
+            lag: beside
+                .lags
+                .iter()
+                .map(|lag| LagTable {
+                    time_constant_s: lag.time_constant_s,
+                    participation: lag.participation.clone(),
+                })
+                .collect(),
+            rigid: beside.rigid.as_ref().map(|rigid| RigidTable {
+                displacement: rigid.displacement.clone(),
+                velocity: rigid.velocity.clone(),
+            }),
             drive: DriveTable::from_parts(model.drive.as_ref(), &model.setup.drive_limits),
             input: model.input.as_ref().map(Into::into),
             output: model
                 .outputs
                 .iter()
-                .map(|output| OutputTable { column: output.column.clone(), quantity: output.quantity.into() })
+                .enumerate()
+                .map(|(index, output)| OutputTable {
+                    column: output.column.clone(),
+                    quantity: output.quantity.into(),
+                    feedthrough: beside.feedthrough_of(index),
+                    driving_point: model.driving_point.as_ref() == Some(&output.column),
+                })
                 .collect(),
             fixed: model.fixed.clone(),
             controller: setup.controller,

@@ -17,6 +17,8 @@
 //! | `base` | base against ground, m | on the base, N (modal model: N per kilogram moved, m/s²) |
 //! | `beam` | tip relative to base `w(l, t)`, m | on the tip, its reaction on the base, N |
 //! | `tip` | tip against ground, m | on the tip alone, N |
+//! | `driving_point` | output of a modal model that reads the point where the input's force acts | as the input times its gain, in its unit |
+//! | `rigid` | free motion of a modal model | `r'' = ... + f` |
 //! | `mode r` | modal coordinate `q_r` | `q_r'' + ... = ... + f`, in the unit of `q_r` per s² |
 //! | `slider` (a body) | body against ground | on the body |
 //! | `slider-load` (two bodies) | first minus second | on the first, its reaction on the second |
@@ -24,6 +26,7 @@
 mod base_motion;
 mod beam;
 mod discrete;
+mod driving_point;
 mod forced;
 mod in_loop;
 mod lumped;
@@ -108,7 +111,7 @@ impl Output {
 /// A place at which a force can act: see the table in the module's head.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InjectionPoint {
-    /// `base`, `beam`, `tip`, `mode 1`, a body's name, or two bodies' names joined by a hyphen.
+    /// `base`, `beam`, `tip`, `mode 1`, `rigid`, `driving_point`, a body's name, or two bodies' names joined by a hyphen.
     pub name: String,
     /// Displacement that a law at this place sees.
     pub displacement: Row,
@@ -323,7 +326,7 @@ impl StateSpace {
             rows.row_mut(index).copy_from_slice(&row.state);
             values[index] = value - row.value * u;
         }
-        // A state behind those of the coordinates, a real pole's, stays at rest.
+        // A state behind those of the coordinates, a real pole's or a lag's, stays at rest.
         for index in (2 * coordinates.len()).min(order)..order {
             rows[(index, index)] = 1.0;
             values[index] = rest[index];

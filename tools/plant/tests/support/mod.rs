@@ -10,8 +10,8 @@ pub mod polynomial;
 use std::collections::BTreeMap;
 
 use stillbeam_plant::{
-    BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Input, ModalModel, ModalOutput, Mode,
-    Model, Profile, Quantity, Setup,
+    BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Beside, Input, ModalModel,
+    ModalOutput, Mode, Model, Profile, Quantity, Setup,
 };
 
 pub const PAPER_BEAM: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/paper_beam.toml");
@@ -56,6 +56,8 @@ pub fn modal(modes: Vec<Mode>, input: &str, output: &str, quantity: Quantity) ->
     ModalModel {
         modes,
         real_pole: None,
+        beside: Beside::default(),
+        driving_point: None,
         drive: None,
         input: Some(Input::new(input)),
         outputs: vec![ModalOutput { column: output.to_owned(), quantity }],

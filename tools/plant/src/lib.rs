@@ -11,6 +11,7 @@
 //! | a model file becomes a checked [`Model`], or an error naming file, line, key and remedy | `model_file`, `model` |
 //! | width and thickness along the beam become mass and stiffness matrices | `beam` |
 //! | matrices become modes, with the base held or free | `modes` |
+//! | state-space matrices and transfer functions become modes | `matrices` |
 //! | modes, or bodies and springs, become one state space that is advanced without discretisation error | [`state_space`], `linear` |
 //! | it is run over a recording, or one tick at a time | [`simulate()`], [`PrescribedBase`] |
 //! | numbers are listed, read and set by path, for refits | `parameters` |
@@ -52,6 +53,7 @@ pub mod catalogue;
 mod drive;
 mod error;
 mod linear;
+mod matrices;
 mod metrics;
 mod model;
 mod model_file;
@@ -73,9 +75,9 @@ pub use metrics::{Move, MoveMetrics, measure_move};
 pub use model::{
     BASE_POSITION, BeamDamping, BeamFittings, BeamOnBase, BeamParameters, BeamSignal, Beside, Body,
     Connection, Controller, DRIVING_POINT, DriveLimits, FORCE, GROUND, InitialState, Input, InvalidParameter,
-    Lag, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES, MAX_MODES, ModalModel, ModalOutput, Model,
-    Physics, Problem, Quantity, RealPole, Rigid, SETPOINT, SectionTables, Sensor, SensorKind, Setup,
-    TIP_DEFLECTION, TIP_POSITION,
+    Lag, LumpedInput, LumpedModel, LumpedOutput, MAX_BODIES, MAX_MODES, MatricesProblem, ModalModel,
+    ModalOutput, Model, Physics, Problem, Quantity, RealPole, Rigid, SETPOINT, SectionTables, Sensor,
+    SensorKind, Setup, TIP_DEFLECTION, TIP_POSITION,
 };
 pub use model_file::{ModelFileError, SCHEMA};
 pub use modes::Mode;

@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::matrices::MatricesProblem;
+
 /// A parameter that cannot be used: which one, and why.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[error("`{key}`: {problem}")]
@@ -174,6 +176,9 @@ pub enum Problem {
         /// The output.
         column: String,
     },
+    /// Matrices or a transfer function that are no model.
+    #[error(transparent)]
+    Matrices(MatricesProblem),
     /// Rates of some modes only.
     #[error(
         "rates of {found} modes for {modes} modes; give every [[mode]] its rate_participation, 0 for none"

@@ -8,6 +8,7 @@ mod lumped;
 mod modal;
 mod setup;
 
+pub use crate::matrices::MatricesProblem;
 use crate::simulate::Hold;
 pub(crate) use beam_on_base::invalid_mode_count;
 pub use beam_on_base::{

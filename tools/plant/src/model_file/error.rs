@@ -37,7 +37,7 @@ pub enum ModelFileError {
         found: i64,
     },
     /// No such kind of model.
-    #[error("{}: `kind`: there is no kind \"{kind}\"; use \"beam_on_base\", \"modal\" or \"lumped\"", place(.file, .line))]
+    #[error("{}: `kind`: there is no kind \"{kind}\"; use \"beam_on_base\", \"modal\", \"lumped\" or \"state_space\"", place(.file, .line))]
     KindUnknown {
         /// The file.
         file: String,

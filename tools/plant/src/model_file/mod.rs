@@ -7,9 +7,11 @@ mod beam_on_base;
 mod error;
 mod locate;
 mod lumped;
+mod matrix_values;
 mod modal;
 mod setup;
 mod signals;
+mod state_space;
 
 use std::path::Path;
 
@@ -43,7 +45,8 @@ impl Model {
         }
     }
 
-    /// Reads and checks the text of a model file; `file` is what messages call it.
+    /// Reads and checks the text of a model file; `file` is what messages call it, and its folder is where a file that it
+    /// names is looked for. Matrices and transfer functions become a [`Model::Modal`].
     ///
     /// # Errors
     /// As [`Model::read`].
@@ -69,6 +72,11 @@ impl Model {
             "lumped" => {
                 let raw: lumped::File = parse(file, text)?;
                 raw.into_model().map(Self::Lumped)
+            }
+            "state_space" => {
+                let raw: state_space::File = parse(file, text)?;
+                let folder = Path::new(file).parent().unwrap_or(Path::new(""));
+                raw.into_model(folder).map(Self::Modal)
             }
             kind => {
                 let (file, line, kind) = (file.to_owned(), line_of("kind"), kind.to_owned());

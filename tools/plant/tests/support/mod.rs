@@ -6,6 +6,7 @@ pub mod model_texts;
 pub mod oscillator;
 pub mod paper_basis;
 pub mod polynomial;
+pub mod systems;
 
 use std::collections::BTreeMap;
 

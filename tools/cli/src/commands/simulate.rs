@@ -55,7 +55,7 @@ pub struct SimulateArgs {
     #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
     /// A recording that has the model's input column; between even samples the input is a cubic, as `identify` and
-    /// `diagnose` read it
+    /// `diagnose` read it, unless the model says `hold`
     #[arg(long, value_name = "REC.csv")]
     input: Option<PathBuf>,
     /// Shape the command, or the recorded input, with a table that `shape --json` wrote
@@ -270,8 +270,8 @@ impl SimulateArgs {
     }
 
     /// An even recording's input on a grid so fine that the straight lines of the simulation follow its cubic, and the rate
-    /// of the recording, hertz. `None` where its own samples are to be used: uneven stamps, a loop, samples that are
-    /// missing (which the simulation refuses with their place).
+    /// of the recording, hertz. `None` where its own samples are to be used: a model that says what its input does between
+    /// them (`hold`), uneven stamps, a loop, samples that are missing (which the simulation refuses with their place).
     fn between_samples(
         &self,
         model: &Model,
@@ -281,6 +281,9 @@ impl SimulateArgs {
             !self.open_loop && recording.column(&controller.reference_column).is_ok()
         });
         let (Some(input), false) = (model.input(), in_loop) else { return Ok(None) };
+        if input.hold.is_some() && !model.input_is_motion() {
+            return Ok(None);
+        }
         let samples = recording.column(&input.column)?;
         let (Some(first_s), Some(last_s)) = (recording.time_s.first(), recording.time_s.last()) else {
             return Ok(None);

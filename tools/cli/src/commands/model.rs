@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
-use stillbeam_plant::{Model, StateSpace};
+use stillbeam_plant::{Beside, Lag, Model, StateSpace};
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
@@ -36,6 +36,27 @@ struct Modes {
     base_held: Vec<ModeEntry>,
     /// With the base free.
     base_free: Vec<ModeEntry>,
+    /// What the outputs of a modal model have beside modes in phase.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beside: Option<BesideEntry>,
+}
+
+/// Lists of one number per output.
+#[derive(Serialize)]
+struct BesideEntry {
+    /// Per mode, the share a quarter of a period off.
+    quadrature: Vec<Vec<f64>>,
+    real_poles: Vec<RealPoleEntry>,
+    /// Shares of a free body's displacement and velocity.
+    rigid: Option<[Vec<f64>; 2]>,
+    /// Shares of the input at once.
+    feedthrough: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct RealPoleEntry {
+    time_constant_s: f64,
+    participation: Vec<f64>,
 }
 
 #[derive(Serialize)]
@@ -60,6 +81,7 @@ impl ModelArgs {
                     .into_iter()
                     .map(|mode| ModeEntry::from(mode.to_mode()))
                     .collect(),
+                beside: None,
                 base_free: coupled_modes(beam)
                     .map_err(CliError::plant(file))?
                     .flexible()
@@ -76,6 +98,7 @@ impl ModelArgs {
                 kind: "modal",
                 base_held: modal.modes.iter().cloned().map(ModeEntry::from).collect(),
                 base_free: Vec::new(),
+                beside: (!modal.beside.is_empty()).then(|| BesideEntry::from(&modal.beside)),
             },
             _ => Modes {
                 schema_version: 1,
@@ -91,11 +114,15 @@ impl ModelArgs {
                     })
                     .collect(),
                 base_free: Vec::new(),
+                beside: None,
             },
         };
         if !json_on_stdout(self.json.as_deref()) {
             let title = if modes.kind == "beam_on_base" { "modes with the base held" } else { "modes" };
             print(streams, title, &modes.base_held)?;
+            if let Some(beside) = &modes.beside {
+                beside.print(streams)?;
+            }
             if !modes.base_free.is_empty() {
                 print(streams, "modes with the base free", &modes.base_free)?;
             }
@@ -117,13 +144,60 @@ impl From<stillbeam_plant::Mode> for ModeEntry {
     }
 }
 
+impl From<&Beside> for BesideEntry {
+    fn from(beside: &Beside) -> Self {
+        let lag = |lag: &Lag| RealPoleEntry {
+            time_constant_s: lag.time_constant_s,
+            participation: lag.participation.clone(),
+        };
+        Self {
+            quadrature: beside.quadrature.clone(),
+            real_poles: beside.lags.iter().map(lag).collect(),
+            rigid: beside.rigid.as_ref().map(|rigid| [rigid.displacement.clone(), rigid.velocity.clone()]),
+            feedthrough: beside.feedthrough.clone(),
+        }
+    }
+}
+
+impl BesideEntry {
+    fn print(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        for (number, shares) in (1..).zip(&self.quadrature) {
+            writeln!(streams.out, "mode {number}, a quarter of a period off: {}", listed(shares))?;
+        }
+        if !self.real_poles.is_empty() {
+            writeln!(streams.out, "real poles")?;
+            writeln!(streams.out, "{:>4}{:>21}  participation", "", "time constant (s)")?;
+        }
+        for (number, pole) in (1..).zip(&self.real_poles) {
+            let shares = listed(&pole.participation);
+            writeln!(streams.out, "{number:>4}{:>21.6}  {shares}", pole.time_constant_s)?;
+        }
+        if let Some([displacement, velocity]) = &self.rigid {
+            let (displacement, velocity) = (listed(displacement), listed(velocity));
+            writeln!(streams.out, "free motion: displacement {displacement}; velocity {velocity}")?;
+        }
+        if !self.feedthrough.is_empty() {
+            writeln!(streams.out, "share of the input at once: {}", listed(&self.feedthrough))?;
+        }
+        Ok(())
+    }
+}
+
+/// One number per output.
+fn listed(shares: &[f64]) -> String {
+    let one = |share: &f64| match share.abs() {
+        size if size > 0.0 && !(1e-3..1e6).contains(&size) => format!("{share:.4e}"),
+        _ => format!("{share:.5}"),
+    };
+    shares.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
 fn print(streams: &mut Streams<'_>, title: &str, modes: &[ModeEntry]) -> Result<(), CliError> {
     writeln!(streams.out, "{title}")?;
     writeln!(streams.out, "{:>4}{:>16}{:>16}  participation", "", "frequency (Hz)", "damping ratio")?;
     for (number, mode) in (1..).zip(modes) {
-        let participation: Vec<String> =
-            mode.participation.iter().map(|value| format!("{value:.5}")).collect();
-        let participation = if participation.is_empty() { "-".to_owned() } else { participation.join(", ") };
+        let participation =
+            if mode.participation.is_empty() { "-".to_owned() } else { listed(&mode.participation) };
         writeln!(
             streams.out,
             "{number:>4}{:>16.5}{:>16.6}  {participation}",

@@ -46,8 +46,11 @@ fn random_systems_in_random_states_do_the_same_as_their_matrices() {
         let (is_free, held) = (seed % 3 == 0, seed % 2 == 0);
         let system = random(draw, is_free);
         let input = noise(draw);
-        let text = [HEAD, &system.toml(), &input_table(held), OUTPUTS].concat();
-        let expected = system.run(1.0 / RATE_HZ, &input, held);
+        let gain = if seed % 5 < 2 { 1.0 } else { -2.5 };
+        let gained: Vec<f64> = input.iter().map(|u| gain * u).collect();
+        let text =
+            [HEAD, &system.toml(), &input_table(held), &format!("gain = {gain:?}\n"), OUTPUTS].concat();
+        let expected = system.run(1.0 / RATE_HZ, &gained, held);
         assert_same(&simulated(&model(&text), &input), &expected, 1e-9, &format!("seed {seed}"));
     }
 }
@@ -246,4 +249,71 @@ fn a_mat_file_without_what_is_looked_for_is_refused_with_what_it_holds() {
     assert!(found.contains("`variables.D`") && found.contains("\"E\""), "{found}");
     let found = refusal("variables = { E = \"Ad\" }\n");
     assert!(found.contains("`variables`") && found.contains("A, B, C or D"), "{found}");
+}
+
+/// A cart on a guide with friction, a load on a spring beside it: as matrices with one output of the cart, and lumped.
+fn cart(output: &str, c: [f64; 4], d: f64, friction: bool) -> [Model; 2] {
+    let law = |place: &str| {
+        let law =
+            format!("id = \"coulomb_friction\"\nlocation = \"{place}\"\nparameters = {{ force = 1.5 }}\n");
+        if friction { format!("[[physics]]\n{law}") } else { String::new() }
+    };
+    let output = format!("[[output]]\n{output}\n");
+    let given = format!(
+        "A = [[0, 1, 0, 0], [-200, -1.7, 200, 0.2], [0, 0, 0, 1], [800, 0.8, -800, -0.8]]\nB = [0, 0.5, 0, 0]\n\
+         C = [{c:?}]\nD = {d:?}\n{}gain = 2.0\n{output}driving_point = true\n",
+        input_table(true)
+    );
+    let lumped = format!(
+        "schema = 1\nkind = \"lumped\"\nbody = [{{ name = \"cart\", mass = 2.0 }}, {{ name = \"load\", mass = 0.5 }}]\n\
+         spring = [{{ between = [\"cart\", \"load\"], stiffness = 400.0 }}]\n\
+         damper = [{{ between = [\"cart\", \"load\"], damping = 0.4 }}, {{ between = [\"cart\", \"ground\"], damping = 3.0 }}]\n\
+         {}body = \"cart\"\ngain = 2.0\n{output}body = \"cart\"\n",
+        input_table(true)
+    );
+    [model(&[HEAD, &given, &law("driving_point")].concat()), model(&[lumped, law("cart")].concat())]
+}
+
+#[test]
+fn friction_at_the_driving_point_is_friction_at_the_body_that_the_force_pushes() {
+    let mut draw = Draw::new(5);
+    let steps: Vec<f64> = (0..200).map(|_| draw.between(-5.0, 5.0)).collect();
+    let input: Vec<f64> = (0..2000).map(|k| steps[k / 10]).collect();
+    let rows = [
+        ("column = \"y_m\"", [1.0, 0.0, 0.0, 0.0], 0.0),
+        ("column = \"v_m_s\"\nquantity = \"velocity\"", [0.0, 1.0, 0.0, 0.0], 0.0),
+    ];
+    for (output, c, d) in rows {
+        let [given, lumped] = cart(output, c, d, true);
+        let expected = simulated(&lumped, &input);
+        assert_same(&simulated(&given, &input), &expected, 1e-6, output);
+        let [without, _] = cart(output, c, d, false);
+        let shows = worst(&simulated(&without, &input)[0], &expected[0]) / peak(&expected[0]);
+        assert!(shows > 0.1, "{output}: the friction changes {shows:e}");
+    }
+    // Modes alone: their accelerations say where the point is, and feel the friction at once.
+    let held = "[[0, 1, 0, 0], [-900, -0.6, 0, 0], [0, 0, 0, 1], [0, 0, -9000, -1]]\nB = [0, 1, 0, 1]\n";
+    let friction = "[[physics]]\nid = \"coulomb_friction\"\nlocation = \"driving_point\"\nparameters = { force = 1.5 }\n";
+    let of = |rows: &str, outputs: &str| {
+        let text = [HEAD, "A = ", held, rows, &input_table(true), outputs, friction].concat();
+        simulated(&model(&text), &input)
+    };
+    let position = "[[output]]\ncolumn = \"y_m\"\n";
+    let acceleration = "[[output]]\ncolumn = \"a_m_s2\"\nquantity = \"acceleration\"\n";
+    let rows = "C = [[1, 0, 1, 0], [-900, -0.6, -9000, -1]]\nD = [[0], [2]]\n";
+    let mark = "driving_point = true\n";
+    let by_position = of(rows, &[position, mark, acceleration].concat());
+    let by_acceleration = of(rows, &[position, acceleration, mark].concat());
+    assert_same(&by_acceleration, &by_position, 1e-9, "marked by its acceleration");
+}
+
+#[test]
+fn a_driving_point_whose_motion_its_output_does_not_tell_is_refused() {
+    let sliding = "A = [[0, 1], [0, -2]]\nB = [0, 1]\n";
+    let head = [HEAD, sliding, "C = [[0, -2]]\nD = 1\n", &input_table(true)].concat();
+    let output = "[[output]]\ncolumn = \"a_m_s2\"\nquantity = \"acceleration\"\ndriving_point = true\n";
+    let found = Model::from_toml("system.toml", &[head.as_str(), output].concat()).unwrap_err().to_string();
+    for part in ["`output.driving_point`", "`a_m_s2`", "position or velocity"] {
+        assert!(found.contains(part), "{found}");
+    }
 }

@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 
 use support::{accepted, refused};
 
-/// A lag under a held force: `simulate` gives the closed form at every sample, also beside steps of the input.
+/// A lag under a held force: `simulate` gives the closed form at every sample, also beside steps of the
+/// input.
 #[test]
 fn a_force_that_is_held_is_held_by_simulate() {
     let folder = tempfile::tempdir().unwrap();

@@ -186,9 +186,9 @@ pub(crate) fn state_count(hypothesis: &Hypothesis) -> Option<usize> {
     Some(2 * coordinates(&StateSpace::new(&hypothesis.model).ok()?).len())
 }
 
-/// The response of every recorded output to a unit of every initial value, the input being zero: displacement and
-/// velocity of every coordinate in turn, of the linear model. Last, where there are some, those of real poles: a recording may
-/// begin while a base that slides freely still moves.
+/// The response of every recorded output to a unit of every initial value, the input being zero: displacement
+/// and velocity of every coordinate in turn, of the linear model. Last, where there are some, those of real
+/// poles: a recording may begin while a base that slides freely still moves.
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
     let space = StateSpace::new(&hypothesis.model).ok()?;
     let rest = space.rest_at(0.0);

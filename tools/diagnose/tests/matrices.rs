@@ -54,7 +54,8 @@ fn normal(random: &mut Xoshiro256PlusPlus) -> f64 {
     StandardNormal.sample(random)
 }
 
-/// A force in steps of ten samples and what the matrices do under it, by their exponential, with noise of about 1 %.
+/// A force in steps of ten samples and what the matrices do under it, by their exponential, with noise of
+/// about 1 %.
 fn recorded(seed: u64, size: f64) -> Recording {
     let (a, b, c) = matrices(1.0);
     let mut joined = DMatrix::zeros(6, 6);

@@ -251,7 +251,8 @@ fn a_mat_file_without_what_is_looked_for_is_refused_with_what_it_holds() {
     assert!(found.contains("`variables`") && found.contains("A, B, C or D"), "{found}");
 }
 
-/// A cart on a guide with friction, a load on a spring beside it: as matrices with one output of the cart, and lumped.
+/// A cart on a guide with friction, a load on a spring beside it: as matrices with one output of the cart,
+/// and lumped.
 fn cart(output: &str, c: [f64; 4], d: f64, friction: bool) -> [Model; 2] {
     let law = |place: &str| {
         let law =
@@ -316,4 +317,15 @@ fn a_driving_point_whose_motion_its_output_does_not_tell_is_refused() {
     for part in ["`output.driving_point`", "`a_m_s2`", "position or velocity"] {
         assert!(found.contains(part), "{found}");
     }
+}
+
+#[test]
+fn the_example_of_the_documentation_has_the_modes_that_it_says() {
+    let page = include_str!("../../../docs/models.md");
+    let (_, rest) = page.split_once("```toml\n").unwrap();
+    let (text, _) = rest.split_once("```").unwrap();
+    let Model::Modal(model) = model(text) else { panic!("modal") };
+    let found: Vec<String> = model.modes.iter().map(|mode| format!("{:.3} Hz", mode.frequency_hz)).collect();
+    assert!(page.contains(&format!("prints its modes, {}", found.join(" and "))), "{found:?}");
+    assert_eq!(model.driving_point.as_deref(), Some("tip_m"));
 }

@@ -269,9 +269,10 @@ impl SimulateArgs {
         }
     }
 
-    /// An even recording's input on a grid so fine that the straight lines of the simulation follow its cubic, and the rate
-    /// of the recording, hertz. `None` where its own samples are to be used: a model that says what its input does between
-    /// them (`hold`), uneven stamps, a loop, samples that are missing (which the simulation refuses with their place).
+    /// An even recording's input on a grid so fine that the straight lines of the simulation follow its
+    /// cubic, and the rate of the recording, hertz. `None` where its own samples are to be used: a model that
+    /// says what its input does between them (`hold`), uneven stamps, a loop, samples that are missing (which
+    /// the simulation refuses with their place).
     fn between_samples(
         &self,
         model: &Model,

@@ -1,4 +1,5 @@
-//! From a system that is sampled with a zero-order hold to the continuous one that it samples: the logarithm of its step.
+//! From a system that is sampled with a zero-order hold to the continuous one that it samples: the logarithm
+//! of its step.
 
 use nalgebra::{Complex, DMatrix, Schur};
 
@@ -16,7 +17,8 @@ const NEAR_ONE: f64 = 0.1;
 /// Square roots that are taken at most; 2^40 samples are beyond any machine's time constants.
 const MOST_ROOTS: u32 = 40;
 
-/// The continuous system that gives these matrices when it is sampled every `sample_s` seconds, its input held between.
+/// The continuous system that gives these matrices when it is sampled every `sample_s` seconds, its input
+/// held between.
 ///
 /// # Errors
 /// [`MatricesProblem`] where no continuous system does: a pole at zero or on the negative real axis.

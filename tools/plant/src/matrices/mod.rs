@@ -1,13 +1,14 @@
-//! Matrices and transfer functions as modes: the same behaviour from input to outputs, in the form that files of kind
-//! "modal" have.
+//! Matrices and transfer functions as modes: the same behaviour from input to outputs, in the form that files
+//! of kind "modal" have.
 //!
 //! ```text
 //! x' = A x + b u,  y = C x + d u      becomes      y_j = Σ poles residue_j / (s − pole) + d_j
 //! ```
 //!
 //! Poles come from the balanced matrix, residues from contour integrals of `C (s − A)⁻¹ b` around each pole
-//! (`residues`), so that poles that coincide need no eigenvectors. A pair of poles is a mode, a real pole a lag, poles
-//! at zero are a free motion (`modal_form`). What comes out is compared with what went in before it is used.
+//! (`residues`), so that poles that coincide need no eigenvectors. A pair of poles is a mode, a real pole a
+//! lag, poles at zero are a free motion (`modal_form`). What comes out is compared with what went in before
+//! it is used.
 
 mod continuous;
 mod hessenberg;
@@ -41,7 +42,8 @@ pub(crate) struct Matrices {
 }
 
 impl Matrices {
-    /// What a steady input `e^(s t)` gives at the outputs, per unit, the feedthrough left out; `None` at a pole.
+    /// What a steady input `e^(s t)` gives at the outputs, per unit, the feedthrough left out; `None` at a
+    /// pole.
     fn response_without_feedthrough(&self, s: Complex<f64>) -> Option<DVector<Complex<f64>>> {
         let size = self.a.nrows();
         let shifted = DMatrix::from_diagonal_element(size, size, s) - self.a.map(Complex::from);

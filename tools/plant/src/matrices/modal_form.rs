@@ -13,7 +13,8 @@ use crate::modes::Mode;
 
 /// A part of the response so small beside the largest of its output is rounding.
 const UNSEEN: f64 = 1e-13;
-/// The same of a mode's quadrature beside its participation, and of a feedthrough beside what it is the rest of.
+/// The same of a mode's quadrature beside its participation, and of a feedthrough beside what it is the rest
+/// of.
 const IN_PHASE: f64 = 1e-9;
 /// The same of a growth rate beside the pole.
 const NOT_GROWING: f64 = 1e-11;

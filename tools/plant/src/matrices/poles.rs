@@ -4,8 +4,8 @@ use nalgebra::{Complex, DMatrix, Schur};
 
 use super::MatricesProblem;
 
-/// Poles this close, relative to their size, are taken together: rounding parts a double pole by the square root of its
-/// precision.
+/// Poles this close, relative to their size, are taken together: rounding parts a double pole by the square
+/// root of its precision.
 const TOGETHER: f64 = 1e-6;
 
 /// A pole at zero is this small beside the fastest, and a pair of them has so small a mean.

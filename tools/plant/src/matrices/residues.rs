@@ -7,8 +7,8 @@ use nalgebra::{Complex, DVector};
 use super::hessenberg::Turned;
 use super::poles::Cluster;
 
-/// Points of the circle. Poles outside are three radii away and those within at its centre, so that the trapezoidal rule
-/// is wrong by 3^−40 of a residue.
+/// Points of the circle. Poles outside are three radii away and those within at its centre, so that the
+/// trapezoidal rule is wrong by 3^−40 of a residue.
 const POINTS: usize = 40;
 
 /// Poles in one place, and what the outputs have of them: `Σ_k terms[k] / (s − centre)^(k+1)`.

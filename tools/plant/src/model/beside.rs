@@ -1,9 +1,11 @@
-//! What outputs of a modal model have beside modes in phase: the rest of what a matrix or a transfer function says.
+//! What outputs of a modal model have beside modes in phase: the rest of what a matrix or a transfer function
+//! says.
 
 use super::invalid::{InvalidParameter, Problem, finite, positive};
 use super::modal::ModalModel;
 
-/// A real pole, `p' + p / time constant = s(t)`; an output of whatever quantity has its participation times `p`.
+/// A real pole, `p' + p / time constant = s(t)`; an output of whatever quantity has its participation times
+/// `p`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lag {
     /// Time by which it falls by e, s, above 0.
@@ -12,8 +14,8 @@ pub struct Lag {
     pub participation: Vec<f64>,
 }
 
-/// A free motion, `r'' = s(t)`: poles at zero. An output of whatever quantity has `displacement` times `r` and
-/// `velocity` times `r'`.
+/// A free motion, `r'' = s(t)`: poles at zero. An output of whatever quantity has `displacement` times `r`
+/// and `velocity` times `r'`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rigid {
     /// What the outputs have of `r`, one per output.
@@ -22,11 +24,12 @@ pub struct Rigid {
     pub velocity: Vec<f64>,
 }
 
-/// All that outputs have beside their modes' participations; empty by default. Only where the input is a force.
+/// All that outputs have beside their modes' participations; empty by default. Only where the input is a
+/// force.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Beside {
-    /// What the outputs have of the modes a quarter of a period off: of `q'` in a position or an acceleration,
-    /// of `q` in a velocity. For every mode one per output; empty where there is none.
+    /// What the outputs have of the modes a quarter of a period off: of `q'` in a position or an
+    /// acceleration, of `q` in a velocity. For every mode one per output; empty where there is none.
     pub quadrature: Vec<Vec<f64>>,
     /// Real poles.
     pub lags: Vec<Lag>,

@@ -54,9 +54,11 @@ pub struct ModalModel {
     pub modes: Vec<Mode>,
     /// A real pole beside them; only where the input is a force, and no output an acceleration.
     pub real_pole: Option<RealPole>,
-    /// What the outputs have beside the modes, of a system that was given as matrices; not with a `real_pole`.
+    /// What the outputs have beside the modes, of a system that was given as matrices; not with a
+    /// `real_pole`.
     pub beside: Beside,
-    /// The column of the output that moves where the force of the input acts: the place `driving_point` for laws.
+    /// The column of the output that moves where the force of the input acts: the place `driving_point` for
+    /// laws.
     pub driving_point: Option<String>,
     /// Servo between setpoint and base; `None` is ideal. Only the input `setpoint_m` passes through it.
     pub drive: Option<ServoDrive>,

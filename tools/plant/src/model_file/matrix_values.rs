@@ -61,7 +61,8 @@ pub(super) fn matrix_of(key: &str, value: &Value) -> Result<DMatrix<f64>, Invali
     Ok(DMatrix::from_row_iterator(rows.len(), columns, rows.into_iter().flatten()))
 }
 
-/// The matrices of a MAT-file: variables `A`, `B`, `C` and, where there is one, `D`, or those of the names given.
+/// The matrices of a MAT-file: variables `A`, `B`, `C` and, where there is one, `D`, or those of the names
+/// given.
 pub(super) fn letters_of_file(
     path: &Path,
     names: &BTreeMap<String, String>,

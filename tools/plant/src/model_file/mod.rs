@@ -45,8 +45,8 @@ impl Model {
         }
     }
 
-    /// Reads and checks the text of a model file; `file` is what messages call it, and its folder is where a file that it
-    /// names is looked for. Matrices and transfer functions become a [`Model::Modal`].
+    /// Reads and checks the text of a model file; `file` is what messages call it, and its folder is where a
+    /// file that it names is looked for. Matrices and transfer functions become a [`Model::Modal`].
     ///
     /// # Errors
     /// As [`Model::read`].

@@ -1,4 +1,5 @@
-//! `kind = "state_space"` as it stands in a file: matrices or a transfer function, which become modes when they are read.
+//! `kind = "state_space"` as it stands in a file: matrices or a transfer function, which become modes when
+//! they are read.
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -6,15 +6,16 @@ use crate::linear::{LinearSystem, dot};
 use crate::model::{DRIVING_POINT, ModalModel, Quantity};
 use crate::modes::Mode;
 
-/// Whether the point's displacement is no combination of the modes' states, so that its velocity is integrated.
+/// Whether the point's displacement is no combination of the modes' states, so that its velocity is
+/// integrated.
 pub(super) fn is_integrated(model: &ModalModel) -> bool {
     model
         .driving_output()
         .is_some_and(|(number, output)| output.quantity == Quantity::Velocity && !model.is_in_phase(number))
 }
 
-/// The point, and in the system its displacement where that is a state of its own; `force` is what a unit force adds to
-/// the rates of the states.
+/// The point, and in the system its displacement where that is a state of its own; `force` is what a unit
+/// force adds to the rates of the states.
 pub(super) fn of(
     model: &ModalModel,
     modes: &[Mode],

@@ -111,7 +111,8 @@ impl Output {
 /// A place at which a force can act: see the table in the module's head.
 #[derive(Debug, Clone, PartialEq)]
 pub struct InjectionPoint {
-    /// `base`, `beam`, `tip`, `mode 1`, `rigid`, `driving_point`, a body's name, or two bodies' names joined by a hyphen.
+    /// `base`, `beam`, `tip`, `mode 1`, `rigid`, `driving_point`, a body's name, or two bodies' names joined
+    /// by a hyphen.
     pub name: String,
     /// Displacement that a law at this place sees.
     pub displacement: Row,

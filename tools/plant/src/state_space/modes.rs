@@ -28,8 +28,8 @@ pub(super) fn of_modes(model: &ModalModel, extra: &[Mode]) -> StateSpace {
     }
 }
 
-/// Modes driven by a force: state `q_1, q_1', q_2, q_2', ...`, then a free motion's two, then the lags' or a real pole's,
-/// and last the displacement of the driving point where it has to be integrated.
+/// Modes driven by a force: state `q_1, q_1', q_2, q_2', ...`, then a free motion's two, then the lags' or a
+/// real pole's, and last the displacement of the driving point where it has to be integrated.
 pub(super) fn of_forced_modes(model: &ModalModel, extra: &[Mode], gain: f64) -> StateSpace {
     let modes = all(model, extra);
     let places = Places::of(model, modes.len());
@@ -120,7 +120,8 @@ fn coordinate(name: String, place: usize, size: usize, unit: &str, stiffness: f6
     }
 }
 
-/// An output's sum of the modes' coordinates (`order` 0) or of their rates (1); the position of modes beside a real pole.
+/// An output's sum of the modes' coordinates (`order` 0) or of their rates (1); the position of modes beside
+/// a real pole.
 pub(super) fn sum_of_modes(
     model: &ModalModel,
     modes: &[Mode],

@@ -45,7 +45,8 @@ column = "a_m_s2"
 quantity = "acceleration"
 "#;
 
-/// Modes, real poles and, if wanted, a free body, with every output of any share of every state, in random states.
+/// Modes, real poles and, if wanted, a free body, with every output of any share of every state, in random
+/// states.
 pub fn random(draw: &mut Draw, is_free: bool) -> System {
     let (modes, lags) = (1 + draw.below(4), draw.below(3));
     let size = 2 * modes + lags + if is_free { 2 } else { 0 };

@@ -17,7 +17,7 @@ pub(crate) struct Polynomials {
 /// # Errors
 /// [`InvalidParameter`] at `numerator` or `denominator`.
 pub(crate) fn of_polynomials(polynomials: &Polynomials) -> Result<Matrices, InvalidParameter> {
-    let refused = |key: &str, problem| Err(InvalidParameter::new(key, Problem::Matrices(problem)));
+    let refused = |key: &str, problem| Err(InvalidParameter::new(key, Problem::Matrices(Box::new(problem))));
     let Polynomials { numerators, denominators } = polynomials;
     let (outputs, count) = (numerators.len(), denominators.len());
     if outputs == 0 || (count != 1 && count != outputs) {

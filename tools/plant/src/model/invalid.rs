@@ -178,7 +178,7 @@ pub enum Problem {
     },
     /// Matrices or a transfer function that are no model.
     #[error(transparent)]
-    Matrices(MatricesProblem),
+    Matrices(Box<MatricesProblem>),
     /// Rates of some modes only.
     #[error(
         "rates of {found} modes for {modes} modes; give every [[mode]] its rate_participation, 0 for none"

@@ -16,7 +16,7 @@ pub(super) type Letters = BTreeMap<&'static str, DMatrix<f64>>;
 pub(super) const LETTERS: [&str; 4] = ["A", "B", "C", "D"];
 
 pub(super) fn refused(key: impl Into<String>, problem: MatricesProblem) -> InvalidParameter {
-    InvalidParameter::new(key, Problem::Matrices(problem))
+    InvalidParameter::new(key, Problem::Matrices(Box::new(problem)))
 }
 
 /// Rows of numbers, a matrix without rows as `[]`; a list of numbers is one row, a number alone one of one.

@@ -125,6 +125,29 @@ fn a_transfer_function_does_the_same_as_its_matrices() {
 }
 
 #[test]
+fn a_polynomial_that_another_program_rounded_has_modes_in_phase() {
+    // Two modes as scipy writes them, a leading coefficient of rounding included.
+    let function = "
+        numerator = [
+            -3.2303049124493555e-12,
+            2.020201577888656,
+            2.7539389874364133,
+            30285.768141835928]
+        denominator = [
+            1.0,
+            2.5936988948073663,
+            27385.05116769578,
+            18267.52898366298,
+            18585093.493829224]
+    ";
+    let Model::Modal(model) = model(&[HEAD, function, "[[output]]\ncolumn = \"y_m\"\n"].concat()) else {
+        panic!("modal")
+    };
+    assert_eq!(model.modes.len(), 2);
+    assert!(model.beside.is_empty(), "{:?}", model.beside);
+}
+
+#[test]
 fn one_input_and_some_outputs_of_many_are_chosen_by_number() {
     let system = random(&mut Draw::new(11), false);
     let input = noise(&mut Draw::new(12));

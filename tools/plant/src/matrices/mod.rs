@@ -21,7 +21,7 @@ mod transfer_function;
 use nalgebra::{Complex, DMatrix, DVector};
 
 pub(crate) use continuous::continuous;
-pub(crate) use modal_form::modal_form;
+pub(crate) use modal_form::{IN_PHASE, IN_PHASE_OF_POLYNOMIALS, modal_form};
 pub use problem::MatricesProblem;
 pub(crate) use transfer_function::{Polynomials, of_polynomials};
 

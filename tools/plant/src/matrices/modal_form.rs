@@ -15,7 +15,9 @@ use crate::modes::Mode;
 const UNSEEN: f64 = 1e-13;
 /// The same of a mode's quadrature beside its participation, and of a feedthrough beside what it is the rest
 /// of.
-const IN_PHASE: f64 = 1e-9;
+pub(crate) const IN_PHASE: f64 = 1e-9;
+/// The same of transfer functions, whose coefficients hold fewer digits of their poles and zeros.
+pub(crate) const IN_PHASE_OF_POLYNOMIALS: f64 = 1e-8;
 /// The same of a growth rate beside the pole.
 const NOT_GROWING: f64 = 1e-11;
 /// The same of the terms of higher order of poles that coincide.
@@ -31,11 +33,16 @@ pub(crate) struct ModalForm {
     pub(crate) beside: Beside,
 }
 
-/// The modes of a system whose outputs are of these quantities, one per row of `C`.
+/// The modes of a system whose outputs are of these quantities, one per row of `C`; what is out of phase by a
+/// smaller share than `in_phase` is rounding.
 ///
 /// # Errors
 /// [`MatricesProblem`] for what no sum of modes is: growing or coinciding poles, poles that no output shows.
-pub(crate) fn modal_form(system: &Matrices, quantities: &[Quantity]) -> Result<ModalForm, MatricesProblem> {
+pub(crate) fn modal_form(
+    system: &Matrices,
+    quantities: &[Quantity],
+    in_phase: f64,
+) -> Result<ModalForm, MatricesProblem> {
     let turned = Turned::new(system);
     let parts = clusters(&turned.a)?.iter().map(|cluster| part(&turned, cluster)).collect::<Option<_>>();
     let parts = seen(parts.ok_or(MatricesProblem::Inexact)?, &system.d);
@@ -46,6 +53,7 @@ pub(crate) fn modal_form(system: &Matrices, quantities: &[Quantity]) -> Result<M
     let (largest, slowest) = (largest(&parts, &system.d), slowest(&parts));
     let mut form = Form {
         quantities,
+        in_phase,
         pairs: Vec::new(),
         lags: Vec::new(),
         rigid: None,
@@ -136,6 +144,7 @@ struct Pair {
 /// The model as it grows pole by pole.
 struct Form<'q> {
     quantities: &'q [Quantity],
+    in_phase: f64,
     pairs: Vec<Pair>,
     lags: Vec<Lag>,
     rigid: Option<Rigid>,
@@ -187,7 +196,7 @@ impl Form<'_> {
                     (participation, rate_share + 2.0 * damping_ratio * omega * participation, omega)
                 }
             };
-            if quadrature.abs() <= IN_PHASE * scale * participation.abs() {
+            if quadrature.abs() <= self.in_phase * scale * participation.abs() {
                 quadrature = 0.0;
             }
             pair.mode.participation.push(participation);
@@ -198,7 +207,7 @@ impl Form<'_> {
 
     fn finished(mut self) -> ModalForm {
         for (through, removed) in self.feedthrough.iter_mut().zip(&self.removed) {
-            if through.abs() <= IN_PHASE * removed {
+            if through.abs() <= self.in_phase * removed {
                 *through = 0.0;
             }
         }

@@ -11,7 +11,10 @@ use toml::Value;
 use super::matrix_values::{LETTERS, Letters, letters_of_file, matrix_of, refused, rows_of};
 use super::setup::{ControllerTable, InitialTable, PhysicsTable, SensorTable, SetupTables};
 use super::signals::{DriveTable, InputTable, QuantityName};
-use crate::matrices::{MOST_STATES, Matrices, Polynomials, continuous, modal_form, of_polynomials};
+use crate::matrices::{
+    IN_PHASE, IN_PHASE_OF_POLYNOMIALS, MOST_STATES, Matrices, Polynomials, continuous, modal_form,
+    of_polynomials,
+};
 use crate::model::{
     Input, InvalidParameter, MatricesProblem, ModalModel, ModalOutput, Problem, Quantity, positive,
 };
@@ -73,8 +76,11 @@ impl File {
             system = continuous(&system, sample_s).map_err(|problem| refused("A", problem))?;
         }
         let quantities: Vec<Quantity> = self.output.iter().map(|output| output.quantity.into()).collect();
-        let key = if self.denominator.is_some() { "denominator" } else { "A" };
-        let form = modal_form(&system, &quantities).map_err(|problem| refused(key, problem))?;
+        let (key, in_phase) = match self.denominator {
+            Some(_) => ("denominator", IN_PHASE_OF_POLYNOMIALS),
+            None => ("A", IN_PHASE),
+        };
+        let form = modal_form(&system, &quantities, in_phase).map_err(|problem| refused(key, problem))?;
         let mut input: Option<Input> = self.input.map(Into::into);
         if let Some(input) = &mut input {
             if input.is_motion() {

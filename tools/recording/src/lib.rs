@@ -58,7 +58,7 @@ pub use import::{
     read_recording,
 };
 pub use json_writer::to_json;
-pub use mat::{MatProblem, MatValue, MatVariable, read_mat_variables};
+pub use mat::{MatProblem, Value as MatValue, Variable as MatVariable, read_mat_variables};
 pub use npy::NpyProblem;
 pub use options::{ColumnChoice, ReadOptions, TimeBase};
 pub use recording::{Column, MIN_SAMPLES, Recording, Role, TIME_COLUMN};

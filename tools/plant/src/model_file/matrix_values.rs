@@ -94,7 +94,6 @@ pub(super) fn letters_of_file(
                 let (file, found) = (file.clone(), what.clone());
                 return Err(refused(key, MatricesProblem::VariableKind { file, variable, found }));
             }
-            _ => {}
         }
     }
     Ok(letters)

@@ -2,43 +2,17 @@
 
 use std::path::Path;
 
-use super::variable::{Value, Variable};
+use super::variable::Variable;
 use super::{MAX_INFLATED, MatProblem, is_level_4, level_4, variables};
 use crate::error::{Problem, RecordingError};
 use crate::format::Format;
 use crate::import::MAX_FILE_BYTES;
 
-/// A variable of a MAT-file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct MatVariable {
-    /// Its name, with the structure's in front: `plant.A`.
-    pub name: String,
-    /// What it holds.
-    pub value: MatValue,
-}
-
-/// What a variable of a MAT-file holds.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub enum MatValue {
-    /// A real matrix.
-    Matrix {
-        /// Number of rows.
-        rows: usize,
-        /// Number of columns.
-        columns: usize,
-        /// `rows` times `columns` numbers, column after column.
-        numbers: Vec<f64>,
-    },
-    /// Anything else, and what it is: a text, an object, complex numbers.
-    Other(String),
-}
-
 /// Reads all variables of a MAT-file of level 4 or 5 (`-v4`, `-v6`, `-v7`), in the file's order.
 ///
 /// # Errors
 /// A [`RecordingError`] that names the file, the place in it and the remedy.
-pub fn read_mat_variables(path: &Path) -> Result<Vec<MatVariable>, RecordingError> {
+pub fn read_mat_variables(path: &Path) -> Result<Vec<Variable>, RecordingError> {
     let failed = |problem| RecordingError::new(path.display().to_string(), problem);
     let size = std::fs::metadata(path).map_err(|error| failed(Problem::Io(error)))?.len();
     if size > MAX_FILE_BYTES {
@@ -51,16 +25,5 @@ pub fn read_mat_variables(path: &Path) -> Result<Vec<MatVariable>, RecordingErro
     }
     let level_4 = is_level_4(&bytes);
     let found = if level_4 { level_4::variables(&bytes) } else { variables(&bytes, MAX_INFLATED) };
-    let found = found.map_err(|problem| failed(problem.into()))?;
-    Ok(found.into_iter().map(MatVariable::from).collect())
-}
-
-impl From<Variable> for MatVariable {
-    fn from(variable: Variable) -> Self {
-        let value = match variable.value {
-            Value::Matrix { rows, columns, numbers } => MatValue::Matrix { rows, columns, numbers },
-            Value::Other(what) => MatValue::Other(what),
-        };
-        Self { name: variable.name, value }
-    }
+    found.map_err(|problem| failed(problem.into()))
 }

@@ -13,10 +13,10 @@ mod matrices;
 mod variable;
 
 pub use error::MatProblem;
-pub use matrices::{MatValue, MatVariable, read_mat_variables};
+pub use matrices::read_mat_variables;
 
 pub(crate) use level_4::is_level_4;
-pub(crate) use variable::{Value, Variable};
+pub use variable::{Value, Variable};
 
 use std::io::Read;
 

@@ -11,19 +11,28 @@ const MAX_NUMBERS: usize = 1 << 26;
 /// Complex flag of the array flags.
 const COMPLEX: u64 = 0x0800;
 
-/// A variable, or a field of a structure.
+/// A variable of a MAT-file, or a field of a structure.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Variable {
+pub struct Variable {
     /// Name, with the structure's in front: `run1.y`.
-    pub(crate) name: String,
-    pub(crate) value: Value,
+    pub name: String,
+    /// What it holds.
+    pub value: Value,
 }
 
+/// What a variable of a MAT-file holds.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Value {
-    /// A real matrix, column after column.
-    Matrix { rows: usize, columns: usize, numbers: Vec<f64> },
-    /// Anything that is no signal, and what it is.
+pub enum Value {
+    /// A real matrix.
+    Matrix {
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        columns: usize,
+        /// `rows` times `columns` numbers, column after column.
+        numbers: Vec<f64>,
+    },
+    /// Anything else, and what it is: a text, an object, complex numbers.
     Other(String),
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
-use stillbeam_plant::{Beside, Lag, Model, StateSpace};
+use stillbeam_plant::{Beside, Lag, Model, PlantError, StateSpace};
 
 use crate::error::CliError;
 use crate::outputs::keep_apart;
@@ -71,52 +71,7 @@ impl ModelArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         keep_apart([self.model.as_path()], [self.json.as_deref()])?;
         let model = Model::read(&self.model)?;
-        let file = self.model.display().to_string();
-        let modes = match &model {
-            Model::BeamOnBase(beam) => Modes {
-                schema_version: 1,
-                kind: "beam_on_base",
-                base_held: clamped_modes(beam)
-                    .map_err(CliError::plant(file.clone()))?
-                    .into_iter()
-                    .map(|mode| ModeEntry::from(mode.to_mode()))
-                    .collect(),
-                beside: None,
-                base_free: coupled_modes(beam)
-                    .map_err(CliError::plant(file))?
-                    .flexible()
-                    .into_iter()
-                    .map(|(frequency_hz, damping_ratio)| ModeEntry {
-                        frequency_hz,
-                        damping_ratio,
-                        participation: Vec::new(),
-                    })
-                    .collect(),
-            },
-            Model::Modal(modal) => Modes {
-                schema_version: 1,
-                kind: "modal",
-                base_held: modal.modes.iter().cloned().map(ModeEntry::from).collect(),
-                base_free: Vec::new(),
-                beside: (!modal.beside.is_empty()).then(|| BesideEntry::from(&modal.beside)),
-            },
-            _ => Modes {
-                schema_version: 1,
-                kind: "lumped",
-                base_held: StateSpace::new(&model)
-                    .and_then(|space| space.natural_modes())
-                    .map_err(CliError::plant(file))?
-                    .into_iter()
-                    .map(|(frequency_hz, damping_ratio)| ModeEntry {
-                        frequency_hz,
-                        damping_ratio,
-                        participation: Vec::new(),
-                    })
-                    .collect(),
-                base_free: Vec::new(),
-                beside: None,
-            },
-        };
+        let modes = Modes::of(&model).map_err(CliError::plant(self.model.display().to_string()))?;
         if !json_on_stdout(self.json.as_deref()) {
             let title = if modes.kind == "beam_on_base" { "modes with the base held" } else { "modes" };
             print(streams, title, &modes.base_held)?;
@@ -131,6 +86,54 @@ impl ModelArgs {
             Some(file) => streams.write_json(file, &modes),
             None => Ok(()),
         }
+    }
+}
+
+impl Modes {
+    /// The modes of a model of any kind.
+    fn of(model: &Model) -> Result<Self, PlantError> {
+        Ok(match model {
+            Model::BeamOnBase(beam) => Self {
+                schema_version: 1,
+                kind: "beam_on_base",
+                base_held: clamped_modes(beam)?
+                    .into_iter()
+                    .map(|mode| ModeEntry::from(mode.to_mode()))
+                    .collect(),
+                beside: None,
+                base_free: coupled_modes(beam)?
+                    .flexible()
+                    .into_iter()
+                    .map(|(frequency_hz, damping_ratio)| ModeEntry {
+                        frequency_hz,
+                        damping_ratio,
+                        participation: Vec::new(),
+                    })
+                    .collect(),
+            },
+            Model::Modal(modal) => Self {
+                schema_version: 1,
+                kind: "modal",
+                base_held: modal.modes.iter().cloned().map(ModeEntry::from).collect(),
+                base_free: Vec::new(),
+                beside: (!modal.beside.is_empty()).then(|| BesideEntry::from(&modal.beside)),
+            },
+            _ => Self {
+                schema_version: 1,
+                kind: "lumped",
+                base_held: StateSpace::new(model)?
+                    .natural_modes()?
+                    .into_iter()
+                    .map(|(frequency_hz, damping_ratio)| ModeEntry {
+                        frequency_hz,
+                        damping_ratio,
+                        participation: Vec::new(),
+                    })
+                    .collect(),
+                base_free: Vec::new(),
+                beside: None,
+            },
+        })
     }
 }
 

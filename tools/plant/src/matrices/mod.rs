@@ -5,10 +5,10 @@
 //! x' = A x + b u,  y = C x + d u      becomes      y_j = Σ poles residue_j / (s − pole) + d_j
 //! ```
 //!
-//! Poles come from the balanced matrix, residues from contour integrals of `C (s − A)⁻¹ b` around each pole
-//! (`residues`), so that poles that coincide need no eigenvectors. A pair of poles is a mode, a real pole a
-//! lag, poles at zero are a free motion (`modal_form`). What comes out is compared with what went in before
-//! it is used.
+//! Poles come from the balanced matrix, residues from contour integrals of `C (s − A)⁻¹ b` around each
+//! pole (`residues`), so that poles that coincide need no eigenvectors. A pair of poles is a mode, a real
+//! pole a lag, poles at zero are a free motion (`modal_form`). What comes out is compared with what went in
+//! before it is used.
 
 mod continuous;
 mod hessenberg;

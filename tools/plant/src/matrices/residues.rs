@@ -72,7 +72,8 @@ impl Part {
         sum
     }
 
-    /// How much of an output it is, as a steady response: `|residue / pole|`; poles at zero against `rate`, 1/s.
+    /// How much of an output it is, as a steady response: `|residue / pole|`; poles at zero against `rate`,
+    /// 1/s.
     pub(super) fn share(&self, output: usize, rate: f64) -> f64 {
         let size = if self.centre.norm() > 0.0 { self.centre.norm() } else { rate };
         let terms = (1..).zip(&self.terms);

@@ -81,6 +81,7 @@ pub use model::{
 };
 pub use model_file::{ModelFileError, SCHEMA};
 pub use modes::Mode;
+pub use nonlinear::{Guide, Tie};
 pub use parameters::Parameter;
 pub use prescribed_base::{ModalState, PrescribedBase};
 pub use profile::Profile;

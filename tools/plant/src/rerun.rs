@@ -1,5 +1,7 @@
 //! One recording, simulated again and again with models that differ: what a fit does thousands of times.
 
+use std::sync::Arc;
+
 use stillbeam_recording::Recording;
 
 use crate::advances::Advances;
@@ -7,7 +9,7 @@ use crate::blocks::Blocks;
 use crate::error::PlantError;
 use crate::linear::{Advance, dot};
 use crate::model::{Model, Physics};
-use crate::nonlinear::{Dense, Look, Machine, Sensing, elements, passed, signals};
+use crate::nonlinear::{Dense, Guide, Look, Machine, Sensing, elements, passed, signals};
 use crate::simulate::{Hold, check_input, is_linear};
 use crate::stamps::Stamps;
 use crate::state_space::{ForceSeries, StateSpace};
@@ -26,6 +28,8 @@ pub struct Rerun {
     hold: Hold,
     /// What an output that shows the input itself has to be corrected by, one sample per wanted stamp.
     unseen: Option<Vec<f64>>,
+    /// What holds the machine to the recorded motion.
+    guide: Option<Arc<Guide>>,
 }
 
 /// How long the steps are between which the forces of laws are taken anew.
@@ -63,7 +67,15 @@ impl Rerun {
             check_input(recording, &controller.reference_column, samples).is_ok().then(|| samples.to_vec())
         });
         let time_s = recording.time_s.clone();
-        Ok(Self { time_s, input, reference, every: every.max(1), hold: Hold::FirstOrder, unseen: None })
+        Ok(Self {
+            time_s,
+            input,
+            reference,
+            every: every.max(1),
+            hold: Hold::FirstOrder,
+            unseen: None,
+            guide: None,
+        })
     }
 
     /// With an input that does this between its samples; a straight line if nothing is said.
@@ -82,6 +94,29 @@ impl Rerun {
         let driving = self.input.iter().step_by(self.every);
         let unseen = driving.zip(samples).map(|(driving, true_value)| true_value - driving).collect();
         Self { unseen: Some(unseen), ..self }
+    }
+
+    /// With a machine that is held to a recorded motion.
+    #[must_use]
+    pub fn with_guide(self, guide: Arc<Guide>) -> Self {
+        Self { guide: Some(guide), ..self }
+    }
+
+    /// What holds the machine to a recorded motion, if anything does.
+    pub fn guide(&self) -> Option<&Guide> {
+        self.guide.as_deref()
+    }
+
+    /// The linear part of a model as it is simulated here: held to a recorded motion where one guides it.
+    ///
+    /// # Errors
+    /// As [`StateSpace::new`].
+    pub fn space(&self, model: &Model) -> Result<StateSpace, PlantError> {
+        let free = StateSpace::new(model)?;
+        Ok(match &self.guide {
+            Some(guide) => guide.held(free),
+            None => free,
+        })
     }
 
     /// The same, outputs wanted at every `nth` (1 or more) of the stamps only; the input is followed as
@@ -106,6 +141,7 @@ impl Rerun {
             input: times(&self.input),
             reference: self.reference.as_deref().map(times),
             unseen: self.unseen.as_deref().map(times),
+            guide: None,
             ..self.clone()
         }
     }
@@ -121,7 +157,7 @@ impl Rerun {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
-        if self.reference.is_none() && is_linear(model)? {
+        if self.reference.is_none() && self.guide.is_none() && is_linear(model)? {
             let space = StateSpace::new(model)?;
             let initial = space.initial(model, start)?;
             let mut outputs = self.linear(&space, initial, &stamps)?;
@@ -129,7 +165,13 @@ impl Rerun {
             return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
-        let machine = Machine::new(model, start, self.closed(), steps.map(|steps| steps.short_s))?;
+        let machine = Machine::new(
+            model,
+            start,
+            self.closed(),
+            steps.map(|steps| steps.short_s),
+            self.guide.as_deref(),
+        )?;
         let look = Look {
             every: self.every,
             between: sensing.looks_between(),
@@ -267,7 +309,13 @@ impl Rerun {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
-        let mut machine = Machine::new(model, start, self.closed(), steps.map(|steps| steps.short_s))?;
+        let mut machine = Machine::new(
+            model,
+            start,
+            self.closed(),
+            steps.map(|steps| steps.short_s),
+            self.guide.as_deref(),
+        )?;
         if !machine.shows_points() {
             return Ok(None);
         }

@@ -168,7 +168,7 @@ fn run_machine(
     }
     let sensing = Sensing::new(model)?;
     let start = input.first().copied().unwrap_or(0.0);
-    let machine = Machine::new(model, start, closed, options.longest_step_s)?;
+    let machine = Machine::new(model, start, closed, options.longest_step_s, None)?;
     let resampled = options.output_rate_hz.is_some();
     let run = machine.run(stamps, input, zero_order, resampled || sensing.looks_between())?;
     let at_stamps = |samples: &[f64]| run.stamps.iter().map(|&index| samples[index]).collect::<Vec<f64>>();

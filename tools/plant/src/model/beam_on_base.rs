@@ -92,6 +92,15 @@ impl BeamSignal {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::TipDeflection, Self::TipPosition, Self::BasePosition];
 
+    /// The injection point whose motion it is.
+    pub(crate) fn point(self) -> &'static str {
+        match self {
+            Self::TipDeflection => "beam",
+            Self::TipPosition => "tip",
+            Self::BasePosition => "base",
+        }
+    }
+
     /// Its column name.
     pub fn column(self) -> &'static str {
         match self {

@@ -146,6 +146,18 @@ impl Model {
         quantity == Some(Quantity::Velocity)
     }
 
+    /// The injection point whose motion an output reads; `None` where it reads the sum of several.
+    pub fn output_point(&self, output: usize) -> Option<String> {
+        match self {
+            Self::BeamOnBase(model) => model.outputs.get(output).map(|signal| signal.point().to_owned()),
+            Self::Modal(_) => None,
+            Self::Lumped(model) => model.outputs.get(output).map(|output| match &output.relative_to {
+                Some(other) => format!("{}-{other}", output.body),
+                None => output.body.clone(),
+            }),
+        }
+    }
+
     /// Whether what is at a location turns about an axis of its own against the ground: an output reads a
     /// body's angle, angular velocity or angular acceleration in radian.
     pub fn turns(&self, location: &str) -> bool {

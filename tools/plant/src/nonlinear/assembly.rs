@@ -2,6 +2,7 @@
 
 use super::control::Loop;
 use super::engine::{Before, Effort, Element, Engine};
+use super::guide::Guide;
 use super::longest_step_s;
 use crate::catalogue::{Action, Clip, ForceLaw, Late, SignalLaw, Step, action};
 use crate::error::PlantError;
@@ -66,6 +67,7 @@ impl<'a> Machine<'a> {
         start: f64,
         reference: Option<(&'a [f64], &'a [f64])>,
         longest_step_s_given: Option<f64>,
+        guide: Option<&Guide>,
     ) -> Result<Self, PlantError> {
         let signals = signals(model)?;
         let mut motions: Vec<Box<dyn SignalLaw>> = Vec::new();
@@ -86,12 +88,14 @@ impl<'a> Machine<'a> {
             }
             _ => (model.clone(), None),
         };
-        let space = StateSpace::new(&plant_model)?;
-        let state = space.initial(&plant_model, start)?;
+        let free = StateSpace::new(&plant_model)?;
+        let state = free.initial(&plant_model, start)?;
+        let space = guide.map_or_else(|| free.clone(), |guide| guide.held(free.clone()));
         let longest_step_s = longest_step_s_given.unwrap_or_else(|| {
             servo.iter().chain([&space]).map(longest_step_s).fold(f64::INFINITY, f64::min)
         });
-        let (mut at_servo, mut at_plant) = (Vec::new(), Vec::new());
+        let mut at_servo = Vec::new();
+        let mut at_plant = guide.map_or_else(Vec::new, |guide| guide.elements(&space));
         for physics in forces {
             let for_servo = servo.as_ref().filter(|_| acts_on_base(physics));
             let target = for_servo.unwrap_or(&space);

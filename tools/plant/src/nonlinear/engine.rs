@@ -44,6 +44,11 @@ pub(super) struct Engine {
 }
 
 impl Element {
+    /// A law of no parameters at a point.
+    pub(crate) fn forced(law: Box<dyn ForceLaw>, point: usize, sign: f64) -> Self {
+        Self { law, effort: Effort::None, point, sign }
+    }
+
     /// The force on its point along a motion that it does not change, sample by sample.
     pub(crate) fn along(mut self, motion: &Motion, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
         let last = motion.time_s.len().saturating_sub(1);

@@ -13,12 +13,14 @@
 mod assembly;
 mod control;
 mod engine;
+mod guide;
 mod lean;
 mod sensing;
 mod smooth;
 mod steps;
 
 pub(crate) use assembly::{Machine, elements, passed, signals};
+pub use guide::{Guide, Tie};
 pub(crate) use lean::Look;
 pub(crate) use sensing::{Dense, Sensing};
 

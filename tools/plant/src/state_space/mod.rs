@@ -28,6 +28,7 @@ mod beam;
 mod discrete;
 mod driving_point;
 mod forced;
+mod guided;
 mod in_loop;
 mod lumped;
 mod modes;

@@ -35,7 +35,7 @@ use crate::result::{
 };
 use crate::simulation::Hypothesis;
 use crate::study::Study;
-use crate::verdict::{effects, moved_cap, rows, ties, unconfirmed, verdict, waiting};
+use crate::verdict::{effects, moved_cap, range_cap, rows, ties, unconfirmed, verdict, waiting};
 use crate::visible::smallest_visible;
 use crate::wording::sizes;
 
@@ -329,6 +329,7 @@ fn told(
     };
     study.caps.extend(time_cap(&selection, options));
     study.caps.extend(moved_cap(&stand_ins));
+    study.caps.extend(extended.as_ref().and_then(|_| range_cap(&selection)));
     let effects = if explains { effects(&selection, candidates, samples) } else { Vec::new() };
     let unconfirmed =
         if verdict == Verdict::Unexplained { unconfirmed(&selection, candidates) } else { Vec::new() };

@@ -213,6 +213,15 @@ pub(crate) fn moved_cap(stand_ins: &StandIns) -> Option<String> {
     })
 }
 
+/// That the physics found holds no further than the recordings went.
+pub(crate) fn range_cap(selection: &Selection) -> Option<String> {
+    let runs_away = selection.judged.iter().any(|tried| tried.runs_away);
+    runs_away.then(|| {
+        "the physics found is known as far as the recordings went: driven a tenth harder, the model with it runs away"
+            .to_owned()
+    })
+}
+
 /// Laws that explain the training recordings and that the held-out ones neither confirm nor contradict, the
 /// best first.
 pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Vec<String> {

@@ -338,8 +338,9 @@ mod tests {
 
     use super::{Record, simplest_below, simulate};
     use crate::naming::gates::DETERMINED;
-    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
+    use crate::naming::on_a_spring::{fitted_with, hardening, machine, noisy_runs, searched, stopped_at};
     use crate::result::Gate;
+    use crate::{Options, diagnose};
 
     #[test]
     fn a_law_refused_for_its_strength_alone_is_a_rival_only_of_what_leaves_nothing_but_noise() {
@@ -398,6 +399,21 @@ mod tests {
             assert!(search.study.train.iter().all(stays), "as hard as it was");
             assert!(!search.is_stable(&escaping));
         });
+    }
+
+    #[test]
+    fn a_spring_that_would_let_go_a_little_farther_is_named_with_how_far_it_is_known() {
+        let softening = |stiffness: f64| hardening(machine(), -stiffness);
+        let noisy = |stiffness: f64, amplitudes: &[f64]| noisy_runs(&softening(stiffness), amplitudes, 1e-5);
+        let named = |stiffness: f64| {
+            let (train, held_out) = (noisy(stiffness, &[3.0, 9.0]), noisy(stiffness, &[5.0]));
+            let found = diagnose(&machine(), &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+            let ids: Vec<String> = found.effects.iter().map(|effect| effect.id.clone()).collect();
+            assert_eq!(ids, ["cubic_stiffness"], "{}", found.sentence);
+            found.caps.iter().any(|cap| cap.contains("runs away"))
+        };
+        assert!(named(6.6e3));
+        assert!(!named(3e3), "one that holds a tenth more");
     }
 
     #[test]

@@ -41,6 +41,12 @@ pub(crate) fn machine() -> Model {
     Model::from_toml("machine.toml", MACHINE).unwrap()
 }
 
+/// A machine whose spring hardens.
+pub(crate) fn hardening(mut machine: Model, stiffness: f64) -> Model {
+    machine.setup_mut().physics = vec![Physics::new("cubic_stiffness", "mass").with("stiffness", stiffness)];
+    machine
+}
+
 /// The same machine without an input: all that moves it is that it was let go.
 pub(crate) fn unpushed() -> Model {
     let input = "    [input]\n    column = \"force_N\"\n    body = \"mass\"\n";
@@ -226,8 +232,6 @@ pub(crate) fn searched_beside_a_hardening_spring<T>(
     look: impl FnOnce(&mut Search<'_>, Member, &Physics) -> T,
 ) -> T {
     let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
-    let mut truth = machine();
-    truth.setup_mut().physics = vec![spring.clone()];
-    let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 1e-5);
+    let noisy = |amplitudes: &[f64]| noisy_runs(&hardening(machine(), 3e4), amplitudes, 1e-5);
     searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| look(search, refitted, &spring))
 }

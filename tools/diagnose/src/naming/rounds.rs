@@ -59,6 +59,8 @@ pub(crate) struct Tried {
     pub(crate) parameters: Vec<(String, f64, f64, f64, f64)>,
     /// Whether no laws that were not tried could do its work: see the gate of that name.
     pub(crate) unrivalled: bool,
+    /// Whether the machine runs away with it where it is driven harder.
+    pub(crate) runs_away: bool,
 }
 
 impl Tried {
@@ -389,9 +391,11 @@ impl Search<'_> {
             closer,
         };
         let unrivalled = trialled.is_unrivalled(rivalry, self.options);
+        let runs_away = closer.is_some_and(|closer| !closer.stable);
         let mut gates = gates(&trialled, self.options);
         gates.extend(law.and_then(pulls_back));
-        let mut tried = Tried { member, candidate, training, held_out, gates, parameters, unrivalled };
+        let mut tried =
+            Tried { member, candidate, training, held_out, gates, parameters, unrivalled, runs_away };
         if let Some(known) = self.known_from_below(&tried, own) {
             tried.gates.retain(|gate| gate.name != known.name);
             tried.gates.push(known);

@@ -129,7 +129,7 @@ pub(crate) fn first_effect(
     if forces.is_empty() {
         return None;
     }
-    let mut space = StateSpace::new(&hypothesis.model).ok()?;
+    let mut space = record.rerun.space(&hypothesis.model).ok()?;
     if record.rerun.is_in_loop() {
         space = space.in_loop(hypothesis.model.setup().controller.as_ref()?)?;
     }
@@ -190,7 +190,7 @@ pub(crate) fn state_count(hypothesis: &Hypothesis) -> Option<usize> {
 /// and velocity of every coordinate in turn, of the linear model. Last, where there are some, those of real
 /// poles: a recording may begin while a base that slides freely still moves.
 pub(crate) fn free_responses(hypothesis: &Hypothesis, record: &Record) -> Option<Vec<Vec<Vec<f64>>>> {
-    let space = StateSpace::new(&hypothesis.model).ok()?;
+    let space = record.rerun.space(&hypothesis.model).ok()?;
     let rest = space.rest_at(0.0);
     let mut steps: HashMap<i64, Rc<Discrete>> = HashMap::new();
     let mut starts = Vec::new();

@@ -136,6 +136,8 @@ fn evenly(at: &[usize]) -> Vec<usize> {
 /// The motion at a place, and the force there that would explain how recordings depart from a linear model that was at rest when each
 /// began; one per training recording. `None` where one has no such beginning.
 ///
+/// Outputs for which `tells` holds are read.
+///
 /// Unlike a fit's residuals these departures have no initial state and no offset fitted to them: a force that changes the motion beyond
 /// recognition would be taken for those. In a loop they are from what the recorded force alone would have moved: what holds the machine
 /// against a force that the model lacks is part of what was recorded.
@@ -144,6 +146,7 @@ pub(crate) fn motions_from_rest(
     linear: &Hypothesis,
     floors: &[Option<NoiseFloor>],
     point: usize,
+    tells: &dyn Fn(usize) -> bool,
 ) -> Option<Vec<Vec<Moment>>> {
     let space = StateSpace::new(&linear.model).ok()?;
     let from_rest = |record: &Record| {
@@ -163,7 +166,10 @@ pub(crate) fn motions_from_rest(
             let departure: Vec<f64> = output.samples.iter().zip(simulated).map(|(m, s)| m - s).collect();
             let first = &departure[..departure.len().min(FIRST_SAMPLES)];
             let zero = first.iter().sum::<f64>() / first.len().max(1) as f64;
-            departure.into_iter().map(|value| value - zero).collect()
+            departure.into_iter().map(|value| value - zero).collect::<Vec<f64>>()
+        });
+        let departures = departures.zip(&record.outputs).map(|(departures, output)| {
+            if tells(output.index) { departures } else { vec![f64::NAN; departures.len()] }
         });
         let departures: Vec<Vec<f64>> = departures.collect();
         Some(smoothed(study, &space, record, (&[], &departures), floors, point)?.0)
@@ -227,7 +233,9 @@ fn smoothed(
     let mut rows: Vec<DVector<f64>> = Vec::new();
     let mut noises = Vec::new();
     let mut series: Vec<Vec<f64>> = Vec::new();
-    for (output, departures) in record.outputs.iter().zip(departures) {
+    let told =
+        |(_, departures): &(&OutputSignal, &Vec<f64>)| departures.iter().any(|value| value.is_finite());
+    for (output, departures) in record.outputs.iter().zip(departures).filter(told) {
         let mut values = vec![f64::NAN; at.len()];
         for (k, value) in output.at.iter().zip(departures) {
             if let Ok(place) = at.binary_search(k) {
@@ -377,7 +385,7 @@ mod tests {
         let recordings = [recording.clone(), Recording { name: "again".to_owned(), ..recording }];
         let study = Study::new(&linear, &recordings, &[]).unwrap();
         let floors = vec![Some(NoiseFloor { rms: 1e-6, source: NoiseSource::Repeats, samples: 4000.0 })];
-        let moments = motions_from_rest(&study, &Hypothesis::given(&linear), &floors, 0).unwrap();
+        let moments = motions_from_rest(&study, &Hypothesis::given(&linear), &floors, 0, &|_| true).unwrap();
         let moving = moments[0].iter().filter(|[_, v, _]| v.abs() > 0.1);
         let (along, count) =
             moving.fold((0.0, 0.0), |(sum, n), [_, v, force]| (sum - force * v.signum(), n + 1.0));
@@ -385,7 +393,7 @@ mod tests {
 
         let with_friction = Hypothesis::given(&truth);
         assert!(
-            motions_from_rest(&study, &with_friction, &floors, 0).is_none(),
+            motions_from_rest(&study, &with_friction, &floors, 0, &|_| true).is_none(),
             "not what a law of its own does"
         );
     }

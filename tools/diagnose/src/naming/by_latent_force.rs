@@ -106,7 +106,7 @@ impl Search<'_> {
                 return Vec::new();
             }
             let linear = &around.fitted.hypothesis;
-            let Some(moments) = motions_from_rest(self.study, linear, &floors, point) else {
+            let Some(moments) = motions_from_rest(self.study, linear, &floors, point, &|_| true) else {
                 return Vec::new();
             };
             let alike = |index: usize| {

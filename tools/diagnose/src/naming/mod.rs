@@ -6,10 +6,13 @@ mod by_latent_force;
 mod from_drawing;
 pub(crate) mod gates;
 mod gross_laws;
+mod guided;
+mod guides;
 mod hidden_laws;
 mod input_between;
 mod judgement;
 mod known_from_below;
+mod letting_go;
 mod lines_over_position;
 mod nested;
 #[cfg(test)]

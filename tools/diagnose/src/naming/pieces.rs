@@ -60,10 +60,15 @@ impl Search<'_> {
     /// The law found in pieces of the recordings, followed through the whole of them; `None` where the refit
     /// is in phase, and where no law is found.
     pub(super) fn found_in_pieces(&self, refitted: &Member) -> Option<FoundInPieces> {
-        if self.study.most_left(&refitted.on_all()) < OUT_OF_PHASE {
+        if !self.is_out_of_phase(refitted) {
             return None;
         }
         LENGTHS.iter().take_while(|_| !self.is_over()).find_map(|&periods| self.found_in(periods))
+    }
+
+    /// Whether a refit is out of phase with some recording.
+    pub(super) fn is_out_of_phase(&self, refitted: &Member) -> bool {
+        self.study.most_left(&refitted.on_all()) > OUT_OF_PHASE
     }
 
     /// The same with pieces of one length; `None` also where the refit is out of phase in one of them.
@@ -193,7 +198,7 @@ impl Study {
     }
 
     /// The largest share, root mean square, that a model leaves of any output of any training recording.
-    fn most_left(&self, on_all: &OnAll) -> f64 {
+    pub(super) fn most_left(&self, on_all: &OnAll) -> f64 {
         self.shares_left(on_all)
             .into_iter()
             .flatten()

@@ -114,8 +114,9 @@ impl Scales {
     }
 }
 
-/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven by the recorded force
-/// alone, a slide without a spring would wander off.
+/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven by
+/// the recorded force alone, a slide without a spring would wander off. One that is held to a recorded motion
+/// follows that.
 fn moved(
     hypothesis: &Hypothesis,
     space: &StateSpace,
@@ -123,7 +124,7 @@ fn moved(
     start: &[f64],
     input: &[f64],
 ) -> Option<Vec<[Vec<f64>; 2]>> {
-    if record.rerun.is_in_loop()
+    if (record.rerun.is_in_loop() || record.rerun.guide().is_some())
         && let Some(motion) = motion(&hypothesis.without_laws(), record, start)
     {
         return Some(motion.points);

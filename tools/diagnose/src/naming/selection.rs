@@ -126,7 +126,8 @@ impl Search<'_> {
         let mut first = None;
         let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         let mut reached = HashSet::new();
-        if let Some(begun) = self.begun_in_pieces(&chosen) {
+        let begun = self.begun_guided(&chosen).or_else(|| self.begun_in_pieces(&chosen));
+        if let Some(begun) = begun {
             (first, screened_first) = (begun.first, begun.screened);
             chosen = self.between_samples_again(begun.member);
         }
@@ -188,6 +189,22 @@ impl Search<'_> {
         let before = read.fitted.sum_of_squares;
         let deepest = self.in_the_deepest_valleys(self.pruned(read));
         if deepest.fitted.sum_of_squares < before { self.between_samples_again(deepest) } else { deepest }
+    }
+
+    /// Where the search begins if the refit is out of phase with recordings that something drives, and what
+    /// was seen there.
+    fn begun_guided(&mut self, refitted: &Member) -> Option<Begun> {
+        if !self.is_out_of_phase(refitted) {
+            return None;
+        }
+        let found = self.found_guided(refitted)?;
+        let member = self.member(vec![found.law], found.fitted)?;
+        let first = First::ahead_of(&member, &found.others_left, &self.floors);
+        let tried = self.judged_on(refitted, member.clone(), found.law);
+        if !tried.passes() {
+            return None;
+        }
+        Some(Begun { member: self.weighed_again(member), first, screened: found.screened })
     }
 
     /// Where the search begins if the refit is out of phase with the recordings, and what was seen there.

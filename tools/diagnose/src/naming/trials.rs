@@ -353,7 +353,7 @@ fn trials(
 const FAR: f64 = 1e3;
 
 /// A stop is looked for up to this many times as far as the model goes without it.
-const BEYOND_REACH: f64 = 2.0;
+pub(super) const BEYOND_REACH: f64 = 2.0;
 
 /// A sensor's limit is looked for up to this many times its largest reading.
 const ABOVE_READINGS: f64 = 1.5;

@@ -107,6 +107,17 @@ impl Rerun {
         self.guide.as_deref()
     }
 
+    /// A model as it is simulated here, from this input on.
+    fn machine<'m>(
+        &'m self,
+        model: &'m Model,
+        start: f64,
+        steps: Option<StepLengths>,
+    ) -> Result<Machine<'m>, PlantError> {
+        let short_s = steps.map(|steps| steps.short_s);
+        Machine::new(model, start, self.closed(), short_s, self.guide.as_deref())
+    }
+
     /// The linear part of a model as it is simulated here: held to a recorded motion where one guides it.
     ///
     /// # Errors
@@ -165,13 +176,7 @@ impl Rerun {
             return Ok(outputs);
         }
         let sensing = Sensing::new(model)?;
-        let machine = Machine::new(
-            model,
-            start,
-            self.closed(),
-            steps.map(|steps| steps.short_s),
-            self.guide.as_deref(),
-        )?;
+        let machine = self.machine(model, start, steps)?;
         let look = Look {
             every: self.every,
             between: sensing.looks_between(),
@@ -309,13 +314,7 @@ impl Rerun {
         model.check()?;
         let stamps = Stamps::new(&self.time_s);
         let start = self.input.first().copied().unwrap_or(0.0);
-        let mut machine = Machine::new(
-            model,
-            start,
-            self.closed(),
-            steps.map(|steps| steps.short_s),
-            self.guide.as_deref(),
-        )?;
+        let mut machine = self.machine(model, start, steps)?;
         if !machine.shows_points() {
             return Ok(None);
         }

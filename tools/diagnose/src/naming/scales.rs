@@ -114,9 +114,9 @@ impl Scales {
     }
 }
 
-/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven by
-/// the recorded force alone, a slide without a spring would wander off. One that is held to a recorded motion
-/// follows that.
+/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven
+/// by the recorded force alone, a slide without a spring would wander off. One that is held to a recorded
+/// motion follows that.
 fn moved(
     hypothesis: &Hypothesis,
     space: &StateSpace,

@@ -42,6 +42,17 @@ impl Patience {
         }
     }
 
+    /// One that has ended, what is under way going on.
+    #[cfg(test)]
+    pub(crate) fn that_is_over() -> Self {
+        Self {
+            deadline: Some(Instant::now()),
+            processor_s: None,
+            last_deadline: None,
+            last_processor_s: None,
+        }
+    }
+
     /// Whether it has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.deadline.is_some_and(|deadline| Instant::now() >= deadline)

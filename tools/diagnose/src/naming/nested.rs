@@ -23,6 +23,8 @@ const STEADY: &str = "constant_force";
 const CABLE: &str = "cable_spring";
 /// Dry friction that is larger at low speed.
 const DIPPED: &str = "stribeck_friction";
+/// Dry friction that gives way a little before it slides.
+const MICRO_SLIP: &str = "hysteresis";
 /// Forces that may be the same: forwards and backwards, sliding fast and at rest.
 const BY_DIRECTION: [&str; 2] = ["force_forward", "force_backward"];
 const BY_SPEED: [&str; 2] = ["force", "static_force"];
@@ -156,17 +158,13 @@ impl Search<'_> {
         })
     }
 
-    /// The set with the friction at a place of it even, begun from the mean of its forces.
+    /// The set with the friction at a place of it even, begun from the force with which it slides.
     pub(super) fn even_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
         let rich = &self.candidates[chosen.laws[place]];
         let even = self.even_for(chosen, place)?;
         let law = chosen.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
-        // Forces that the richer law has at different speeds or in different directions.
-        let forces = ["force", "static_force", "force_forward", "force_backward"];
-        let forces: Vec<f64> = forces.iter().filter_map(|name| law.parameters.get(*name).copied()).collect();
-        let mean = forces.iter().sum::<f64>() / forces.len() as f64;
-        let even_law = Physics::new(EVEN, rich.location.clone()).with("force", mean);
-        if mean.is_finite() { self.exchanged(chosen, place, even, &even_law) } else { None }
+        let even_law = Physics::new(EVEN, rich.location.clone()).with("force", sliding_force(law)?);
+        self.exchanged(chosen, place, even, &even_law)
     }
 
     /// The set with the friction at a place of it begun as even and free to differ: begun from nothing, a law with two forces often stops
@@ -280,10 +278,25 @@ fn uneven_friction(location: &str, [forward, backward]: [f64; 2]) -> Physics {
         .with("viscous_backward", 0.0)
 }
 
+/// The force that a law which contains dry friction comes to while a body slides.
+fn sliding_force(law: &Physics) -> Option<f64> {
+    let value = |name: &str| law.parameters.get(name).copied();
+    let force = if law.id == MICRO_SLIP {
+        // dF/dz = k − (β + γ) F has an end.
+        value("stiffness")? / (value("beta")? + value("gamma").unwrap_or(0.0))
+    } else {
+        // Forces that the richer law has at different speeds or in different directions.
+        let forces = ["force", "static_force", "force_forward", "force_backward"];
+        let forces: Vec<f64> = forces.into_iter().filter_map(value).collect();
+        forces.iter().sum::<f64>() / forces.len() as f64
+    };
+    (force.is_finite() && force > 0.0).then_some(force)
+}
+
 /// Whether one law is another at the end of its range.
 pub(crate) fn contains(rich: &str, simple: &str) -> bool {
     match simple {
-        "coulomb_friction" => ["stribeck_friction", "asymmetric_friction", "hysteresis"].contains(&rich),
+        "coulomb_friction" => [DIPPED, UNEVEN, MICRO_SLIP].contains(&rich),
         "constant_force" => ["asymmetric_friction", "cogging"].contains(&rich),
         "cable_spring" => ["hysteresis", "cogging", "bilinear_stiffness"].contains(&rich),
         _ => false,
@@ -365,7 +378,7 @@ mod tests {
                 (law.id.clone(), law.parameters["force"])
             })
         };
-        let (id, force) = force_of(Physics::new("coulomb_friction", "mass").with("force", 1.0));
+        let (id, force) = force_of(dry(1.0));
         assert_eq!(id, "coulomb_friction");
         assert!((force - 1.0).abs() < 0.01, "{force} N");
         let dip = Physics::new("stribeck_friction", "mass")
@@ -373,6 +386,37 @@ mod tests {
             .with("static_force", 1.4)
             .with("velocity", 0.05);
         assert_eq!(force_of(dip).0, "stribeck_friction", "a dip that is there stays");
+    }
+
+    #[test]
+    fn micro_slip_that_is_not_there_is_dry_friction() {
+        let slip = |stiffness: f64, force: f64| {
+            let law = Physics::new("hysteresis", "mass").with("stiffness", stiffness);
+            law.with("beta", stiffness / force).with("gamma", 0.0)
+        };
+        let even = |truth: Physics, begun: &Physics| {
+            let mut machine_as_it_is = machine();
+            machine_as_it_is.setup_mut().physics = vec![truth];
+            let noisy = |amplitudes: &[f64]| noisy_runs(&machine_as_it_is, amplitudes, 1e-5);
+            searched(&noisy(&[3.0, 9.0]), &noisy(&[5.0]), |search, refitted| {
+                let chosen = search.even_if_as_good(fitted_with(search, &refitted, begun));
+                chosen.fitted.hypothesis.model.setup().physics[0].clone()
+            })
+        };
+        let law = even(dry(1.0), &slip(2e4, 1.1));
+        assert_eq!(law.id, "coulomb_friction");
+        assert!((law.parameters["force"] - 1.0).abs() < 0.01, "{law:?}");
+        assert_eq!(even(slip(300.0, 1.0), &slip(250.0, 1.1)).id, "hysteresis", "slip that is there stays");
+    }
+
+    #[test]
+    fn laws_that_contain_dry_friction_say_with_which_force_a_body_slides() {
+        let slip = Physics::new("hysteresis", "mass").with("stiffness", 6e3).with("beta", 1e3);
+        assert_eq!(sliding_force(&slip), Some(6.0));
+        assert_eq!(sliding_force(&slip.with("gamma", 1e3)), Some(3.0));
+        assert_eq!(sliding_force(&dip(1.0, 2.0)), Some(1.5));
+        assert_eq!(sliding_force(&Physics::new("hysteresis", "mass").with("stiffness", 6e3)), None);
+        assert_eq!(sliding_force(&Physics::new("cogging", "mass")), None, "nothing slides");
     }
 
     /// What is beyond doubt instead of a law fitted to runs of a machine, or the law itself, and all that is left open beside it.

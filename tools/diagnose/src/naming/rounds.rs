@@ -124,9 +124,7 @@ impl Search<'_> {
     }
 
     fn looked_for_on(&self, base: &Member, place: Option<Place>) -> Round {
-        // The first law is looked for in any case.
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
-        if is_given_up() {
+        if self.is_given_up(base) {
             return (Vec::new(), Vec::new());
         }
         if !base.laws.is_empty() {
@@ -180,10 +178,16 @@ impl Search<'_> {
         (screened, tried)
     }
 
+    /// Whether no further law is looked for on top of a set. The first one is as long as what is under way may
+    /// go on.
+    fn is_given_up(&self, base: &Member) -> bool {
+        if base.laws.is_empty() { self.study.is_spent() } else { self.is_over() }
+    }
+
     /// Fits laws on top of `base`.
     pub(super) fn tried_around(&self, base: &Member, beside: Beside<'_>) -> Round {
         let place = beside.place;
-        let is_given_up = || !base.laws.is_empty() && self.is_over();
+        let is_given_up = || self.is_given_up(base);
         let stack = self.study.stack(Role::Train);
         let rest = self.rest_beside(base);
         let least_t = self.least_t(rest);
@@ -194,7 +198,7 @@ impl Search<'_> {
         let seen_from = smooth.as_ref().unwrap_or(base);
         let screened = screen(&stack, &seen_from.fitted, self.candidates, self.study.slowest_hz, &leaving);
         if is_given_up() {
-            return (Vec::new(), Vec::new());
+            return (screened, Vec::new());
         }
         let mut promising = self.promising(base, &screened, least_t);
         promising.retain(|screened| place.is_none_or(|place| place.law != screened.candidate));
@@ -284,7 +288,7 @@ impl Search<'_> {
         let before = base.fitted.sum_of_squares;
         let mut begun: Vec<(Fitted, &Screened)> = sketched
             .par_iter()
-            .filter(|_| base.laws.is_empty() || !self.is_over())
+            .filter(|_| !self.is_given_up(base))
             .filter_map(|sketched| {
                 let Sketched { physics, screened, begun, .. } = sketched;
                 let around_base = match begun {
@@ -455,8 +459,26 @@ mod tests {
 
     use super::*;
     use crate::naming::hidden_laws::AS_WELL;
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched, searched_around};
+    use crate::naming::on_a_spring::{
+        machine, noisy_runs, searched, searched_around, searched_beside_a_hardening_spring,
+    };
+    use crate::options::Options;
+    use crate::patience::Patience;
     use crate::two_bodies::{driven, slide, swept};
+
+    #[test]
+    fn the_first_law_is_looked_for_until_what_is_under_way_has_to_end() {
+        searched_beside_a_hardening_spring(|search, refitted, _| {
+            let spent = Options { processor_limit_s: Some(-1e6), ..Options::default() };
+            search.study.patience = Some(Patience::new(&spent));
+            let (seen, tried) = search.looked_for_on(&refitted, None);
+            assert!(seen.is_empty() && tried.is_empty(), "spent");
+            search.study.patience = Some(Patience::that_is_over());
+            assert!(search.is_over() && !search.study.is_spent());
+            let (seen, tried) = search.looked_for_on(&refitted, None);
+            assert!(!seen.is_empty() && !tried.is_empty());
+        });
+    }
 
     #[test]
     fn a_sensor_that_loses_the_sign_wholly_is_known_and_not_pressed_against_a_bound() {

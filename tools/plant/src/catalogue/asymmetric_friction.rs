@@ -65,18 +65,27 @@ impl Asymmetric {
         let side = usize::from(direction > 0.0);
         self.dry[side] + self.viscous[side] * speed
     }
+
+    /// What holds against a motion in a direction.
+    fn holding(&self, direction: f64) -> f64 {
+        self.dry[usize::from(direction > 0.0)]
+    }
 }
 
 impl ForceLaw for Asymmetric {
     fn at(&self, instant: &Instant) -> Option<f64> {
-        sliding_force(instant, |direction, speed| self.kinetic(direction, speed))
+        sliding_force(
+            instant,
+            |direction, speed| self.kinetic(direction, speed),
+            |direction| self.holding(direction),
+        )
     }
 
     fn force(&self, step: &Step) -> f64 {
         dry_force(
             step,
             |direction, speed| self.kinetic(direction, speed),
-            |direction| self.dry[usize::from(direction > 0.0)],
+            |direction| self.holding(direction),
         )
     }
 }

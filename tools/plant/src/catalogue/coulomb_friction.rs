@@ -39,7 +39,7 @@ struct Coulomb {
 
 impl ForceLaw for Coulomb {
     fn at(&self, instant: &Instant) -> Option<f64> {
-        sliding_force(instant, |_, _| self.force)
+        sliding_force(instant, |_, _| self.force, |_| self.force)
     }
 
     fn force(&self, step: &Step) -> f64 {

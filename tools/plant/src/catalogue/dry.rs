@@ -2,6 +2,9 @@
 
 use super::law::{Instant, Step};
 
+/// Share of what friction may change a velocity by in a step.
+const REST: f64 = 1e-9;
+
 /// Mean force over a step of friction that opposes sliding with `kinetic(direction, speed)` and holds at rest up to
 /// `holding(direction)`, the direction being that of the motion it prevents, ±1.
 ///
@@ -14,8 +17,7 @@ pub(super) fn dry_force(step: &Step, kinetic: impl Fn(f64, f64) -> f64, holding:
         return 0.0;
     }
     let to_rest = -step.v_free / step.v_gain;
-    let at_rest = step.v.abs() <= 1e-9 * step.v_gain * holding(step.v.signum());
-    if at_rest {
+    if is_at_rest(step.v, step.v_gain, &holding) {
         let direction = step.v_free.signum();
         if to_rest.abs() <= holding(direction) {
             return to_rest;
@@ -39,10 +41,21 @@ pub(super) fn dry_force(step: &Step, kinetic: impl Fn(f64, f64) -> f64, holding:
     moving * slid + (1.0 - moving) * back
 }
 
-/// Friction at an instant of a step in which the body slides on in the direction it began with.
-pub(super) fn sliding_force(instant: &Instant, kinetic: impl Fn(f64, f64) -> f64) -> Option<f64> {
+/// Friction at an instant of a step in which the body slides on in the direction it began with; `None` also
+/// where it began at rest, and no more than rounding gives a direction.
+pub(super) fn sliding_force(
+    instant: &Instant,
+    kinetic: impl Fn(f64, f64) -> f64,
+    holding: impl Fn(f64) -> f64,
+) -> Option<f64> {
     let direction = instant.v.signum();
-    instant.moves_on().then(|| -direction * kinetic(direction, instant.v.abs()))
+    let slides = instant.moves_on() && !is_at_rest(instant.v_start, instant.v_gain, &holding);
+    slides.then(|| -direction * kinetic(direction, instant.v.abs()))
+}
+
+/// Whether a velocity is what rounding leaves of none after a step that friction ended.
+fn is_at_rest(v: f64, v_gain: f64, holding: &impl Fn(f64) -> f64) -> bool {
+    v.abs() <= REST * v_gain * holding(v.signum())
 }
 
 /// Sliding all through the step, the speed that the force depends on being the mean of both ends.

@@ -312,6 +312,8 @@ pub struct Instant {
     pub z_start: f64,
     /// Velocity where the step began.
     pub v_start: f64,
+    /// Velocity at the step's end per mean force.
+    pub v_gain: f64,
 }
 
 impl Instant {

@@ -61,7 +61,7 @@ impl Stribeck {
 
 impl ForceLaw for Stribeck {
     fn at(&self, instant: &Instant) -> Option<f64> {
-        sliding_force(instant, |_, speed| self.kinetic(speed))
+        sliding_force(instant, |_, speed| self.kinetic(speed), |_| self.holding)
     }
 
     fn force(&self, step: &Step) -> f64 {

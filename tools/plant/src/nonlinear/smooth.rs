@@ -68,7 +68,8 @@ impl Begun {
         let [from, to] = self.efforts;
         let effort = from + share * (to - from);
         let time_s = self.seen.time_s + share * self.seen.step_s;
-        Instant { time_s, z, v, effort, z_start: self.seen.z, v_start: self.seen.v }
+        let Step { z: z_start, v: v_start, v_gain, .. } = self.seen;
+        Instant { time_s, z, v, effort, z_start, v_start, v_gain }
     }
 
     /// Middle and end of a step that ends like this.

@@ -93,13 +93,14 @@ impl Search<'_> {
         let reads = |output: usize| self.given.output_point(output).is_none_or(|read| read == place);
         let feels = |output: usize| space.outputs()[output].feedthrough[point] != 0.0;
         let outputs = &self.study.train.first()?.outputs;
-        let shows_place = outputs.iter().any(|output| reads(output.index) && !feels(output.index));
+        let is_place = |output: usize| !feels(output) && !self.given.output_is_velocity(output);
+        let shows_place = outputs.iter().any(|output| reads(output.index) && is_place(output.index));
         let motions = motions_from_rest(self.study, given, floors, point, &reads)?;
         let fastest_rad_s = TAU * self.study.fastest_hz?;
         let mobility = mobility(&space.points()[point]);
         let tie = |moments: Vec<[f64; 3]>| Tie {
             point: place.to_owned(),
-            // Where a body is that an accelerometer rides on is not known for long.
+            // Where a body is whose speed or acceleration is read is not known for long.
             stiffness: if shows_place { fastest_rad_s.powi(2) / mobility } else { 0.0 },
             damping: 2.0 * fastest_rad_s / mobility,
             displacement: moments.iter().map(|moment| moment[0]).collect(),
@@ -171,10 +172,11 @@ fn most_noise(samples: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::naming::on_a_spring::{hardening, machine, noisy_runs, searched};
+    use crate::naming::on_a_spring::{hardening, machine, noisy_runs, runs, searched, searched_around};
     use rand_distr::{Distribution, Normal};
     use rand_xoshiro::Xoshiro256PlusPlus;
     use rand_xoshiro::rand_core::SeedableRng;
+    use stillbeam_plant::{Model, Quantity};
 
     const NOISE_M: f64 = 1e-4;
 
@@ -194,6 +196,21 @@ mod tests {
         assert!(little_in_step && in_step);
         assert!(free > 2.0 * IN_STEP, "out of step by itself: {free}");
         assert!(hard > 2.0 * little, "{hard} N/m for {free}, {little} N/m for {free_little}");
+    }
+
+    #[test]
+    fn a_body_whose_speed_is_read_is_held_by_a_damper_alone() {
+        let mut given = machine();
+        let Model::Lumped(lumped) = &mut given else { panic!("bodies") };
+        lumped.outputs[0].quantity = Quantity::Velocity;
+        let recorded = runs(&hardening(given.clone(), 2e5), &[20.0, 40.0]);
+        searched_around(&given, &recorded, &recorded[..1], |search, refitted| {
+            let (study, _) = search.held_in_step(&refitted).unwrap();
+            for record in &study.train {
+                let tie = &record.rerun.guide().unwrap().ties[0];
+                assert!(tie.stiffness == 0.0 && tie.damping > 0.0, "{}, {}", tie.stiffness, tie.damping);
+            }
+        });
     }
 
     #[test]

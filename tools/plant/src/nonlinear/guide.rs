@@ -10,6 +10,7 @@
 use std::sync::Arc;
 
 use super::engine::Element;
+use super::sensing::cubic_at;
 use crate::catalogue::{ForceLaw, Instant, Step};
 use crate::state_space::StateSpace;
 
@@ -70,7 +71,8 @@ impl Guide {
     }
 }
 
-/// A force that was known before, in straight lines between its times.
+/// A force that was known before, a cubic between its times: where the fastest motion has some samples in a
+/// period, straight lines pull by percents beside it.
 struct Pull {
     time_s: Arc<[f64]>,
     force: Vec<f64>,
@@ -79,12 +81,11 @@ struct Pull {
 impl Pull {
     fn at_time(&self, time_s: f64) -> f64 {
         let after = self.time_s.partition_point(|stamp_s| *stamp_s <= time_s);
-        let (Some(before), Some(to)) = (after.checked_sub(1), self.time_s.get(after)) else {
-            let end = if after == 0 { self.force.first() } else { self.force.last() };
-            return end.copied().unwrap_or(0.0);
-        };
-        let share = (time_s - self.time_s[before]) / (to - self.time_s[before]);
-        self.force[before] + share * (self.force[after] - self.force[before])
+        let before = after.saturating_sub(1);
+        if after == 0 || after == self.time_s.len() {
+            return self.force.get(before).copied().unwrap_or(0.0);
+        }
+        cubic_at(&self.time_s, &self.force, before, time_s)
     }
 }
 
@@ -173,6 +174,23 @@ mod tests {
         // An acceleration is what is left of two large forces, to second order in a step.
         let [position, acceleration] = apart(&held, &free)[..] else { panic!("two outputs") };
         assert!(position < 1e-4 && acceleration < 1e-2, "{position} {acceleration}");
+    }
+
+    #[test]
+    fn a_guide_of_few_samples_in_a_period_pulls_nothing_either() {
+        let model = hardened(4e6);
+        let dense = (*guide_along(&model, 1.0)).clone();
+        let thin = |samples: &[f64]| samples.iter().copied().step_by(5).collect::<Vec<f64>>();
+        let ties = dense.ties.iter().map(|tie| Tie {
+            displacement: thin(&tie.displacement).into(),
+            velocity: thin(&tie.velocity).into(),
+            ..tie.clone()
+        });
+        let guide = Guide { ties: ties.collect(), time_s: thin(&dense.time_s).into() };
+        let free = run().outputs(&model, Some(STEPS)).unwrap();
+        let held = run().with_guide(Arc::new(guide)).outputs(&model, Some(STEPS)).unwrap();
+        let position = apart(&held, &free)[0];
+        assert!(position < 5e-4, "{position}: straight lines are off by twice that");
     }
 
     #[test]

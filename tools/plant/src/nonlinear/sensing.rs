@@ -214,22 +214,27 @@ impl Dense<'_> {
         while times[*place + 1] <= time_s {
             *place += 1;
         }
-        // On a sample the sample itself, not a sum that rounds.
-        if times[*place] == time_s {
-            return values[*place];
-        }
-        let first = place.saturating_sub(1).min((last + 1).saturating_sub(4));
-        let nodes = first..(first + 4).min(last + 1);
-        let mut value = 0.0;
-        for node in nodes.clone() {
-            let mut weight = 1.0;
-            for other in nodes.clone() {
-                if other != node {
-                    weight *= (time_s - times[other]) / (times[node] - times[other]);
-                }
-            }
-            value += weight * values[node];
-        }
-        value
+        cubic_at(times, values, *place, time_s)
     }
+}
+
+/// Value by the cubic through the four samples around a time, `before` being the one at or before it.
+pub(crate) fn cubic_at(times: &[f64], values: &[f64], before: usize, time_s: f64) -> f64 {
+    // On a sample the sample itself, not a sum that rounds.
+    if times[before] == time_s {
+        return values[before];
+    }
+    let first = before.saturating_sub(1).min(times.len().saturating_sub(4));
+    let nodes = first..(first + 4).min(times.len());
+    let mut value = 0.0;
+    for node in nodes.clone() {
+        let mut weight = 1.0;
+        for other in nodes.clone() {
+            if other != node {
+                weight *= (time_s - times[other]) / (times[node] - times[other]);
+            }
+        }
+        value += weight * values[node];
+    }
+    value
 }

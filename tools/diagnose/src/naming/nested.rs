@@ -1,8 +1,8 @@
 //! Laws that are others at the end of their range.
 //!
-//! A law that contains the chosen one always fits as well, and for that alone is no rival: the simpler one is the finding. But a
-//! recording may say that what the richer law has more is nothing, or say nothing of it. In the second case half
-//! of the name is a guess, and both are published.
+//! A law that contains the chosen one always fits as well, and for that alone is no rival: the simpler one is
+//! the finding. But a recording may say that what the richer law has more is nothing, or say nothing of it.
+//! In the second case half of the name is a guess, and both are published.
 
 use rayon::prelude::*;
 use stillbeam_plant::Physics;
@@ -30,8 +30,8 @@ const BY_DIRECTION: [&str; 2] = ["force_forward", "force_backward"];
 const BY_SPEED: [&str; 2] = ["force", "static_force"];
 
 impl Search<'_> {
-    /// Sets in which friction of the chosen set may be richer: differ by direction where the recordings do not say that it does not, or be
-    /// larger at low speed where they may.
+    /// Sets in which friction of the chosen set may be richer: differ by direction where the recordings do
+    /// not say that it does not, or be larger at low speed where they may.
     pub(crate) fn left_open(&self, chosen: &Member) -> Vec<Member> {
         let places = 0..chosen.laws.len();
         let richer = places.flat_map(|place| {
@@ -52,8 +52,8 @@ impl Search<'_> {
         richer.flatten().collect()
     }
 
-    /// Whether a set with a law that contains one of the chosen set's stands beside it: the recordings rather have it so, or what the richer
-    /// law has more is large in a fit that is as good.
+    /// Whether a set with a law that contains one of the chosen set's stands beside it: the recordings rather
+    /// have it so, or what the richer law has more is large in a fit that is as good.
     pub(crate) fn is_open_beside(&self, chosen: &Member, richer: &Member) -> bool {
         let differs = || {
             let places = 0..richer.laws.len();
@@ -89,8 +89,9 @@ impl Search<'_> {
         self.better_by(chosen, richer) > LIKELIER * self.options.separation
     }
 
-    /// The set, with a richer friction replaced by dry friction that is the same at any speed and both ways where that is as good: the
-    /// richer one may have found the way to the recordings that the simpler one missed.
+    /// The set, with a richer friction replaced by dry friction that is the same at any speed and both ways
+    /// where that is as good: the richer one may have found the way to the recordings that the simpler one
+    /// missed.
     pub(crate) fn even_if_as_good(&self, chosen: Member) -> Member {
         let places = 0..chosen.laws.len();
         let mut even = places.filter_map(|place| self.even_instead(&chosen, place));
@@ -98,9 +99,10 @@ impl Search<'_> {
         as_good.unwrap_or(chosen)
     }
 
-    /// The set, with two laws at one place that are one law together as that one: even friction and a steady force that it holds as friction that
-    /// differs by direction, a cable and a steady force as a cable that pulls elsewhere. The same force has the same name then, whichever way
-    /// the search came. (`same_force` says the other one of friction.)
+    /// The set, with two laws at one place that are one law together as that one: even friction and a steady
+    /// force that it holds as friction that differs by direction, a cable and a steady force as a cable that
+    /// pulls elsewhere. The same force has the same name then, whichever way the search came. (`same_force`
+    /// says the other one of friction.)
     pub(crate) fn one_force_as_one_law(&self, chosen: Member) -> Member {
         [Self::uneven_for_both, Self::moved_cable_for_both].iter().fold(chosen, |chosen, for_both| {
             let one = for_both(self, &chosen);
@@ -167,8 +169,8 @@ impl Search<'_> {
         self.exchanged(chosen, place, even, &even_law)
     }
 
-    /// The set with the friction at a place of it begun as even and free to differ: begun from nothing, a law with two forces often stops
-    /// on its way.
+    /// The set with the friction at a place of it begun as even and free to differ: begun from nothing, a law
+    /// with two forces often stops on its way.
     fn uneven_instead(&self, chosen: &Member, place: usize) -> Option<Member> {
         let even = &self.candidates[chosen.laws[place]];
         let is_there = |index: usize, id: &str| {
@@ -191,8 +193,8 @@ impl Search<'_> {
         self.exchanged(chosen, place, uneven, &uneven_friction(&even.location, [forward, backward]))
     }
 
-    /// The set with the dry friction at a place of it larger at low speed, begun at several speeds, the best first: a dip so narrow that only what it was
-    /// fitted to knows it may come before the right one.
+    /// The set with the dry friction at a place of it larger at low speed, begun at several speeds, the best
+    /// first: a dip so narrow that only what it was fitted to knows it may come before the right one.
     fn dipped_instead(&self, chosen: &Member, place: usize) -> Vec<Member> {
         let even = &self.candidates[chosen.laws[place]];
         let laws = &chosen.fitted.hypothesis.model.setup().physics;
@@ -237,8 +239,8 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a set has friction by direction of which the recordings show the sum of its forces and not their difference: on a spring and to
-    /// a sensor with an unknown zero, however it is shared out.
+    /// Whether a set has friction by direction of which the recordings show the sum of its forces and not
+    /// their difference: on a spring and to a sensor with an unknown zero, however it is shared out.
     pub(crate) fn has_friction_known_as_a_sum(&self, member: &Member) -> bool {
         let places = (0..member.laws.len()).filter(|&place| {
             let candidate = &self.candidates[member.laws[place]];
@@ -248,7 +250,8 @@ impl Search<'_> {
         places.filter_map(forces).any(|[one, other]| is_known_as_a_sum(one, other))
     }
 
-    /// Two forces of the law at a place and their standard errors, all shapes of the law as they are: at the speed that its dip has, say.
+    /// Two forces of the law at a place and their standard errors, all shapes of the law as they are: at the
+    /// speed that its dip has, say.
     fn known_forces(&self, member: &Member, place: usize, names: [&str; 2]) -> Option<[(f64, f64); 2]> {
         let own = format!("physics.{}.", self.given_laws + place + 1);
         let is_shape = |parameter: &FreeParameter| {
@@ -303,24 +306,26 @@ pub(crate) fn contains(rich: &str, simple: &str) -> bool {
     }
 }
 
-/// Friction that differs by direction by more than this share of its mean, either way, is not the same both ways.
+/// Friction that differs by direction by more than this share of its mean, either way, is not the same both
+/// ways.
 const SAME_BOTH_WAYS: f64 = 0.2;
-/// Share of the separation from which a richer law is published beside the one that it contains. Chosen on cases whose truth is dry friction
-/// or a steady force, where richer laws that are not there were better by up to 0.36 of it; it does not catch all that are there: see
-/// docs/derivations/diagnosis.md.
+/// Share of the separation from which a richer law is published beside the one that it contains. Chosen on
+/// cases whose truth is dry friction or a steady force, where richer laws that are not there were better by
+/// up to 0.36 of it; it does not catch all that are there: see docs/derivations/diagnosis.md.
 const LIKELIER: f64 = 0.5;
 /// Mean of friction that a steady force may be part of, in steady forces.
 const MOSTLY: f64 = 1.5;
-/// Sliding and static friction that dry friction is begun with where it may be larger at low speed, in times its force.
+/// Sliding and static friction that dry friction is begun with where it may be larger at low speed, in times
+/// its force.
 const DIP: [f64; 2] = [0.7, 1.3];
 /// The widest dip that dry friction is begun with, in times the widest that is tried from nothing.
 const WIDER: f64 = 3.0;
 /// Standard errors to either side that an interval has.
 const INTERVAL: f64 = 2.0;
 
-/// Whether the recordings leave open that dry friction differs by direction, from both forces and their standard errors. Where they are
-/// known as a sum only they may be anything between one-sided and even: to a sensor whose zero is unknown the difference is an
-/// offset while the body slides.
+/// Whether the recordings leave open that dry friction differs by direction, from both forces and their
+/// standard errors. Where they are known as a sum only they may be anything between one-sided and even: to a
+/// sensor whose zero is unknown the difference is an offset while the body slides.
 fn may_differ((forward, forward_error): (f64, f64), (backward, backward_error): (f64, f64)) -> bool {
     // Where the sum is known well, either force is as uncertain as half the difference.
     half_difference(forward, backward) + INTERVAL * forward_error.min(backward_error)
@@ -419,7 +424,8 @@ mod tests {
         assert_eq!(sliding_force(&Physics::new("cogging", "mass")), None, "nothing slides");
     }
 
-    /// What is beyond doubt instead of a law fitted to runs of a machine, or the law itself, and all that is left open beside it.
+    /// What is beyond doubt instead of a law fitted to runs of a machine, or the law itself, and all that is
+    /// left open beside it.
     fn taken_for(truth: Physics, named: &Physics, noise: f64) -> (String, Vec<String>) {
         let mut machine_as_it_is = machine();
         machine_as_it_is.setup_mut().physics = vec![truth];

@@ -5,13 +5,13 @@ use super::law::{Instant, Step};
 /// Share of what friction may change a velocity by in a step.
 const REST: f64 = 1e-9;
 
-/// Mean force over a step of friction that opposes sliding with `kinetic(direction, speed)` and holds at rest up to
-/// `holding(direction)`, the direction being that of the motion it prevents, ±1.
+/// Mean force over a step of friction that opposes sliding with `kinetic(direction, speed)` and holds at rest
+/// up to `holding(direction)`, the direction being that of the motion it prevents, ±1.
 ///
-/// Set-valued and implicit, without any smoothing of the sign: a body that friction can hold has exactly no velocity at
-/// the step's end. A reversal inside the step is placed where the velocity, taken as a straight line, crosses zero;
-/// what follows is sticking or sliding the other way, and the mean of both parts is the force. The error is of second
-/// order in the step.
+/// Set-valued and implicit, without any smoothing of the sign: a body that friction can hold has exactly no
+/// velocity at the step's end. A reversal inside the step is placed where the velocity, taken as a straight
+/// line, crosses zero; what follows is sticking or sliding the other way, and the mean of both parts is the
+/// force. The error is of second order in the step.
 pub(super) fn dry_force(step: &Step, kinetic: impl Fn(f64, f64) -> f64, holding: impl Fn(f64) -> f64) -> f64 {
     if step.v_gain <= 0.0 {
         return 0.0;

@@ -69,8 +69,8 @@ impl Sensing {
         self.channels.iter().any(Channel::looks_between)
     }
 
-    /// What output number `index` is said to have been at `wanted_s`, from dense samples; with the sensor's noise where
-    /// `noise_seed` says which draw of it.
+    /// What output number `index` is said to have been at `wanted_s`, from dense samples; with the sensor's
+    /// noise where `noise_seed` says which draw of it.
     pub(crate) fn recorded(
         &self,
         index: usize,
@@ -118,7 +118,8 @@ impl Sensing {
     }
 }
 
-/// Every sensor draws its own noise, also where two share a seed: the seed with the column's name mixed in (FNV-1a).
+/// Every sensor draws its own noise, also where two share a seed: the seed with the column's name mixed in
+/// (FNV-1a).
 fn seed_of(sensor: &Sensor) -> u64 {
     let start = sensor.seed ^ 0xcbf2_9ce4_8422_2325;
     sensor.column.bytes().fold(start, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
@@ -164,7 +165,8 @@ pub(crate) struct Dense<'a> {
 }
 
 impl Dense<'_> {
-    /// Mean over a stretch, or the value at its end if it has no length. `place` is where the last search ended.
+    /// Mean over a stretch, or the value at its end if it has no length. `place` is where the last search
+    /// ended.
     fn mean(&self, from_s: f64, to_s: f64, place: &mut usize) -> f64 {
         let length_s = to_s - from_s;
         if length_s <= 0.0 {
@@ -197,8 +199,8 @@ impl Dense<'_> {
         self.samples[*place] + along * (self.samples[next] - self.samples[*place])
     }
 
-    /// Value at any time by the cubic through the four samples around it; before the first and after the last the
-    /// output stands still.
+    /// Value at any time by the cubic through the four samples around it; before the first and after the last
+    /// the output stands still.
     fn at(&self, time_s: f64, place: &mut usize) -> f64 {
         let (times, values) = (self.time_s, self.samples);
         let last = times.len() - 1;

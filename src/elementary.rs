@@ -1,5 +1,5 @@
-//! Sine and cube root over the arguments that the firmware has, as near as libm's and in a tenth of its code: libm reduces
-//! angles of any size, and carries two numbers for one. `golden_mathematics` measures both.
+//! Sine and cube root over the arguments that the firmware has, as near as libm's and in a tenth of its code:
+//! libm reduces angles of any size, and carries two numbers for one. `golden_mathematics` measures both.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 

@@ -1,8 +1,8 @@
-//! Single bytes that work at once, whatever else is on the line: half a command, a checksum that is asked for, a console
-//! that is busy.
+//! Single bytes that work at once, whatever else is on the line: half a command, a checksum that is asked
+//! for, a console that is busy.
 //!
-//! Whoever receives bytes looks at each before the line editor does ([`Asked::receive`]); on the board that is the receive
-//! interrupt. What a byte asks of the machine is waiting for the next tick then.
+//! Whoever receives bytes looks at each before the line editor does ([`Asked::receive`]); on the board that
+//! is the receive interrupt. What a byte asks of the machine is waiting for the next tick then.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 
@@ -42,7 +42,8 @@ impl RealTimeByte {
     }
 }
 
-/// Takes the place of bytes that were lost or damaged on their way ("substitute"), so that no line is taken that lacks some.
+/// Takes the place of bytes that were lost or damaged on their way ("substitute"), so that no line is taken
+/// that lacks some.
 pub const SUBSTITUTE: u8 = 0x1a;
 
 /// What bytes have asked for and nobody has done yet. Shared by who receives, the tick and the console.

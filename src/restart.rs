@@ -1,7 +1,7 @@
 //! Why the firmware starts: what reset the processor, and the record that a crash has left.
 //!
-//! The record lies in memory that no start-up code touches, so it may be anything after power came on; its CRC says
-//! whether it is a record.
+//! The record lies in memory that no start-up code touches, so it may be anything after power came on; its
+//! CRC says whether it is a record.
 
 use core::fmt;
 
@@ -80,7 +80,8 @@ const FORMAT: u32 = 1;
 const HEADER_WORDS: usize = 12;
 
 impl CrashRecord {
-    /// The record as bytes: words least significant byte first, the message, zeros, and a CRC-32 (ISO-HDLC) of all before.
+    /// The record as bytes: words least significant byte first, the message, zeros, and a CRC-32 (ISO-HDLC)
+    /// of all before.
     pub fn encode(&self) -> [u8; CRASH_BYTES] {
         let FaultRegisters { pc, lr, xpsr, sp, cfsr, hfsr, bfar } = self.registers;
         let length = self.message.len() as u32;

@@ -1,8 +1,8 @@
 //! When the watchdog may be fed, and how long it waits.
 //!
-//! The chip's independent watchdog counts a low-speed oscillator that is 17 to 47 kHz, 32 kHz in the middle (datasheet of the
-//! STM32F405, LSI). Every promise here is made for the worse end: nobody is reset too early at 47 kHz, and 17 kHz says how
-//! long a firmware that hangs stays unnoticed.
+//! The chip's independent watchdog counts a low-speed oscillator that is 17 to 47 kHz, 32 kHz in the middle
+//! (datasheet of the STM32F405, LSI). Every promise here is made for the worse end: nobody is reset too early
+//! at 47 kHz, and 17 kHz says how long a firmware that hangs stays unnoticed.
 
 /// The oscillator's slowest, typical and fastest, in hertz.
 pub const OSCILLATOR_HZ: [f64; 3] = [17_000.0, 32_000.0, 47_000.0];
@@ -20,8 +20,9 @@ impl Patience {
     /// While all is well: 0.35 s at the fastest oscillator, 0.51 s typically, 0.96 s at the slowest.
     pub const NORMAL: Self = Self { prescaler_code: 2, reload: 1023 };
 
-    /// While settings are saved: 22 s at the fastest oscillator, 33 s typically, 62 s at the slowest. Erasing a sector
-    /// stops the whole chip for up to 4 s; a save erases two at most and writes the rest anew, in one go.
+    /// While settings are saved: 22 s at the fastest oscillator, 33 s typically, 62 s at the slowest. Erasing
+    /// a sector stops the whole chip for up to 4 s; a save erases two at most and writes the rest anew, in
+    /// one go.
     pub const SAVING: Self = Self { prescaler_code: 6, reload: 4095 };
 
     /// The wait in seconds, for an oscillator of this many hertz.
@@ -30,8 +31,8 @@ impl Patience {
     }
 }
 
-/// Heartbeats per second: how often it is asked whether tick and console are alive. They must have moved between one
-/// heartbeat and the next.
+/// Heartbeats per second: how often it is asked whether tick and console are alive. They must have moved
+/// between one heartbeat and the next.
 pub const HEARTBEATS_PER_S: u32 = 20;
 
 /// Says when the watchdog may be fed: when both the tick and the console have moved since it was last fed.

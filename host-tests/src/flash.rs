@@ -82,13 +82,14 @@ impl MockFlash {
         self.erases
     }
 
-    /// How often a word was programmed again without an erase. The board's flash then keeps the bits that both have, and
-    /// reports nothing.
+    /// How often a word was programmed again without an erase. The board's flash then keeps the bits that
+    /// both have, and reports nothing.
     pub fn written_twice(&self) -> u64 {
         self.written_twice
     }
 
-    /// Lets the supply fail during the operation after the next `operations`. `seed` decides which bits that one changes.
+    /// Lets the supply fail during the operation after the next `operations`. `seed` decides which bits that
+    /// one changes.
     pub fn cut_after(&mut self, operations: u64, seed: u64) {
         self.cut = Some(Cut { operations_left: operations, seed });
     }

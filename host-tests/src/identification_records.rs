@@ -1,8 +1,8 @@
-//! Simulated records whose truth is known, for comparing ways to identify: a base swept in position, a tip seen by a
-//! camera, noise on the tip.
+//! Simulated records whose truth is known, for comparing ways to identify: a base swept in position, a tip
+//! seen by a camera, noise on the tip.
 //!
-//! The modal equations are integrated by Runge-Kutta steps of a millisecond with the analytic acceleration of the
-//! sweep; nothing is shared with the code that identifies.
+//! The modal equations are integrated by Runge-Kutta steps of a millisecond with the analytic acceleration of
+//! the sweep; nothing is shared with the code that identifies.
 
 use std::f64::consts::TAU;
 
@@ -61,8 +61,8 @@ pub struct SweepCase {
 /// From 0.1 to 8 Hz: log2 of 80.
 const OCTAVES: f64 = 6.321_928_094_887_363;
 
-/// The paper's four sweeps (Table 1: 1 Hz/s, then 3, −5 and 7 octaves per minute) with 50 µm of noise, and sweeps of
-/// 80 s with 45 and 25 dB.
+/// The paper's four sweeps (Table 1: 1 Hz/s, then 3, −5 and 7 octaves per minute) with 50 µm of noise, and
+/// sweeps of 80 s with 45 and 25 dB.
 pub const CASES: [SweepCase; 8] = [
     case("paper_linear", "paper: linear, 7.9 s", Course::Linear, 7.9, CameraNoise::Rms(50e-6)),
     case("paper_3", "paper: 3 oct/min", Course::Exponential, OCTAVES * 20.0, CameraNoise::Rms(50e-6)),

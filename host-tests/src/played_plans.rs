@@ -1,13 +1,16 @@
-//! Uploaded commands for tests: any number of short moves there and back, laid over each other, and the lines that send them.
+//! Uploaded commands for tests: any number of short moves there and back, laid over each other, and the lines
+//! that send them.
 
 use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;
 use stillbeam_firmware::motion::Piece;
 use stillbeam_firmware::motion::pieces::FRACTION_BITS;
 use stillbeam_firmware::shaper::uploaded::crc32;
 
-/// Pieces of `width` ticks in which moves over so many nm begin at so many pieces from the start, each four pieces long.
+/// Pieces of `width` ticks in which moves over so many nm begin at so many pieces from the start, each four
+/// pieces long.
 ///
-/// The jerk of a move over D is ±D/(2w³) in its pieces, so each begins and ends at rest, and so does their sum.
+/// The jerk of a move over D is ±D/(2w³) in its pieces, so each begins and ends at rest, and so does their
+/// sum.
 pub fn overlaid(width: u32, moves: &[(usize, i32)]) -> Vec<Piece> {
     let last = moves.iter().map(|(begin, _)| begin + 4).max().unwrap_or(4);
     let mut pieces = vec![Piece { ticks: width, jerk: 0 }; last];

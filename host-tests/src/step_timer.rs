@@ -1,5 +1,5 @@
-//! The step timer, TIM1, as its registers are described in RM0090 (advanced-control timers): one-pulse mode, repetition
-//! counter, PWM mode 2 and toggle on match; and what stands behind its pins, a drive that counts.
+//! The step timer, TIM1, as its registers are described in RM0090 (advanced-control timers): one-pulse mode,
+//! repetition counter, PWM mode 2 and toggle on match; and what stands behind its pins, a drive that counts.
 //!
 //! It takes the writes of whoever drives it, the board's code in the emulator or a test, and time.
 

@@ -1,7 +1,8 @@
 //! The core's own setpoints, tick by tick, drive two modes: what is left of the vibration.
 //!
-//! The plant here is a few lines on purpose and shares nothing with tools/plant: for each mode the exact response
-//! to a base that moves in straight lines between ticks, whose acceleration is an impulse at every tick.
+//! The plant here is a few lines on purpose and shares nothing with tools/plant: for each mode the exact
+//! response to a base that moves in straight lines between ticks, whose acceleration is an impulse at every
+//! tick.
 
 use crate::bench::Bench;
 
@@ -11,8 +12,8 @@ const TICK_RATE_HZ: f64 = 4000.0;
 /// A mode that rings: frequency in hertz and damping ratio.
 pub type Ringing = (f64, f64);
 
-/// The modes that the shapers are designed for: the paper's first, and its second with the lighter of the printed
-/// damping ratios.
+/// The modes that the shapers are designed for: the paper's first, and its second with the lighter of the
+/// printed damping ratios.
 pub const DESIGN: [Ringing; 2] = [(1.1, 0.0074), (6.9, 0.0033)];
 
 /// The amplitude at which `mode` rings in the last tick of `setpoints_nm`, per unit of modal participation.
@@ -34,8 +35,8 @@ pub fn amplitude_nm(setpoints_nm: &[i32], (frequency_hz, damping_ratio): Ringing
     f64::hypot(real, imaginary)
 }
 
-/// The setpoints of a 50 mm move with one shaper type per mode, from the tick before it starts to one tick past
-/// rest, in nanometres.
+/// The setpoints of a 50 mm move with one shaper type per mode, from the tick before it starts to one tick
+/// past rest, in nanometres.
 ///
 /// # Panics
 /// When the console refuses the modes, or the move does not end exactly on its target.
@@ -58,14 +59,16 @@ pub fn move_50_mm(modes: &[(Ringing, &str)]) -> Vec<i32> {
     setpoints_nm
 }
 
-/// Percentage vibration of each mode of `plant`: what the shaped move leaves, of what the same move unshaped leaves.
+/// Percentage vibration of each mode of `plant`: what the shaped move leaves, of what the same move unshaped
+/// leaves.
 pub fn percentage_vibration(modes: &[(Ringing, &str)], plant: [Ringing; 2]) -> [f64; 2] {
     let shaped_nm = move_50_mm(modes);
     let unshaped_nm = move_50_mm(&[]);
     plant.map(|mode| 100.0 * amplitude_nm(&shaped_nm, mode) / amplitude_nm(&unshaped_nm, mode))
 }
 
-/// Percentage vibration of each mode, the worst over both frequencies being off by ∓5 %, 0 or ±5 % independently.
+/// Percentage vibration of each mode, the worst over both frequencies being off by ∓5 %, 0 or ±5 %
+/// independently.
 pub fn worst_five_per_cent_off(modes: &[(Ringing, &str)]) -> [f64; 2] {
     let shaped_nm = move_50_mm(modes);
     let unshaped_nm = move_50_mm(&[]);

@@ -101,8 +101,8 @@ fn damaged(line: &str, damages: &[Damage]) -> Vec<u8> {
     bytes
 }
 
-/// Whether the editor makes the very line of it all the same: a character added and erased again, say, or a byte that is
-/// taken out before the line is looked at.
+/// Whether the editor makes the very line of it all the same: a character added and erased again, say, or a
+/// byte that is taken out before the line is looked at.
 fn edits_to(bytes: &[u8], line: &str) -> bool {
     let mut editor = LineEditor::new();
     let mut echo = String::new();

@@ -66,7 +66,8 @@ fn a_refused_line_changes_nothing_and_says_why() {
     }
 }
 
-/// Values that are fine one by one and do not fit together are refused by `apply`, which then changes nothing.
+/// Values that are fine one by one and do not fit together are refused by `apply`, which then changes
+/// nothing.
 #[test]
 fn apply_refuses_what_does_not_fit_together_and_keeps_what_runs() {
     let mut bench = Bench::enabled();
@@ -132,8 +133,8 @@ fn every_setting_is_listed_explained_and_can_be_set_to_its_default() {
     }
 }
 
-/// `help NAME` in its two lines: a sentence of its own, and what `set` takes. The range is compared with what is refused on either
-/// side of it, unit and default with `get`.
+/// `help NAME` in its two lines: a sentence of its own, and what `set` takes. The range is compared with what
+/// is refused on either side of it, unit and default with `get`.
 #[test]
 fn help_says_of_every_setting_what_it_means_its_unit_its_range_and_its_default_and_set_agrees() {
     let mut bench = Bench::enabled();
@@ -222,7 +223,8 @@ fn motions_and_tables_wait_for_their_turn() {
     bench.accept("shaper on");
 }
 
-/// Every motion is named while it lasts, takes as long as announced, ends exactly where it should, and can be stopped.
+/// Every motion is named while it lasts, takes as long as announced, ends exactly where it should, and can be
+/// stopped.
 #[test]
 fn every_motion_is_named_lasts_as_announced_and_ends_exactly() {
     let mut bench = Bench::enabled();
@@ -271,7 +273,8 @@ fn every_motion_is_named_lasts_as_announced_and_ends_exactly() {
     }
 }
 
-/// A multisine borrows the memory of the next table: a table has to wait for it, and gets it back, stopped or not.
+/// A multisine borrows the memory of the next table: a table has to wait for it, and gets it back, stopped or
+/// not.
 #[test]
 fn a_multisine_gives_its_memory_back() {
     let mut bench = Bench::enabled();

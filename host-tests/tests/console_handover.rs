@@ -27,8 +27,8 @@ fn largest_step(setpoints: &[i32]) -> Option<i32> {
     setpoints.windows(2).map(|pair| (pair[1] - pair[0]).abs()).max()
 }
 
-/// Without a shaper the setpoint could go on at once; to get to where it would be it would have to run at more than the 20 mm/s of
-/// the move.
+/// Without a shaper the setpoint could go on at once; to get to where it would be it would have to run at
+/// more than the 20 mm/s of the move.
 #[test]
 fn switching_the_shaper_off_while_moving_keeps_its_lag_and_the_speed_until_the_next_motion() {
     let mut bench = half_way();
@@ -84,7 +84,8 @@ fn at_rest_there_is_no_lag() {
     assert_eq!(lag_ms(&bench.accept("shaper off")), None);
 }
 
-/// A table that fits at rest can be too much for the memory together with the lag that it would need during the move.
+/// A table that fits at rest can be too much for the memory together with the lag that it would need during
+/// the move.
 #[test]
 fn a_table_that_only_its_lag_makes_too_long_is_refused_until_rest() {
     let mut bench = Bench::enabled();

@@ -95,7 +95,8 @@ fn the_flash_is_written_at_rest_only() {
     assert!(operations > saved, "nothing was written at rest either");
 }
 
-/// While it settles the command rests and the machine does not; a fault holds a setpoint that somebody may rely on.
+/// While it settles the command rests and the machine does not; a fault holds a setpoint that somebody may
+/// rely on.
 #[test]
 fn the_flash_is_not_touched_while_the_shaper_settles_nor_while_a_fault_holds() {
     let operations = |asked: bool| {

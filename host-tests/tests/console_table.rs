@@ -1,4 +1,5 @@
-//! A table in frames: taken when whole and valid, refused with its reason otherwise, used and stored like any other.
+//! A table in frames: taken when whole and valid, refused with its reason otherwise, used and stored like any
+//! other.
 
 use proptest::prelude::*;
 use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;

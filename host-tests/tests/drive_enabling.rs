@@ -13,7 +13,8 @@ fn crash() -> CrashRecord {
     }
 }
 
-/// Power-up, reset pin, brown-out, software, watchdog, window watchdog, low power, and the same after a crash.
+/// Power-up, reset pin, brown-out, software, watchdog, window watchdog, low power, and the same after a
+/// crash.
 fn every_start() -> Vec<Restart> {
     let causes = [0x0e, 0x04, 0x06, 0x14, 0x24, 0x44, 0x84, 0x00].map(ResetCause);
     let with = |crash: Option<CrashRecord>| causes.map(|cause| Restart { cause, crash: crash.clone() });

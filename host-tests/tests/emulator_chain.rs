@@ -1,5 +1,5 @@
-//! The unmodified release image on an emulated board, spoken to over its serial port with the command line's own
-//! serial code: what a person would do, from two modes to a still beam.
+//! The unmodified release image on an emulated board, spoken to over its serial port with the command line's
+//! own serial code: what a person would do, from two modes to a still beam.
 //!
 //! The image is named by STILLBEAM_IMAGE; `cargo xtask test` builds it and sets the variable.
 
@@ -56,8 +56,8 @@ fn shaper_settings(modes: &[Mode], shaper: &str) -> Vec<String> {
     lines
 }
 
-/// Command and setpoint of every tick of a motion under std, in nanometres, from the tick before the command changes
-/// to that of rest.
+/// Command and setpoint of every tick of a motion under std, in nanometres, from the tick before the command
+/// changes to that of rest.
 fn under_std(settings: &[String], motion: &str) -> Vec<(i32, i32)> {
     let mut bench = Bench::new();
     for line in settings {
@@ -145,8 +145,9 @@ fn sweeps_and_stops_are_those_of_the_host_bit_for_bit() {
     }
 }
 
-/// The timer's period at other rates than the default, and everything that is computed from it: profile, table, outputs. At 20 kHz and this
-/// shift the processor has 4200 instructions per tick, too few to send a sample of each; the board has 8400 cycles.
+/// The timer's period at other rates than the default, and everything that is computed from it: profile,
+/// table, outputs. At 20 kHz and this shift the processor has 4200 instructions per tick, too few to send a
+/// sample of each; the board has 8400 cycles.
 #[test]
 fn at_other_tick_rates_a_shaped_move_is_the_hosts_bit_for_bit() {
     let Some(image) = image() else { return };
@@ -243,8 +244,8 @@ fn a_table_changed_in_the_middle_of_a_move_neither_jumps_nor_misses() {
     assert_eq!(status.line("setpoint_nm"), Some("50000000"));
 }
 
-/// The UART driver's handling of "transmission complete" once lost a received byte in a few hundred commands, when
-/// one came just as a reply ended.
+/// The UART driver's handling of "transmission complete" once lost a received byte in a few hundred commands,
+/// when one came just as a reply ended.
 #[test]
 fn no_byte_is_lost_when_commands_follow_replies_at_once() {
     let Some(image) = image() else { return };
@@ -260,7 +261,8 @@ fn no_byte_is_lost_when_commands_follow_replies_at_once() {
     }
 }
 
-/// The emulator has no flash controller: what is written vanishes. A `save` that said `ok` would be a lie there.
+/// The emulator has no flash controller: what is written vanishes. A `save` that said `ok` would be a lie
+/// there.
 #[test]
 fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
     let Some(image) = image() else { return };
@@ -285,8 +287,9 @@ fn a_save_that_the_flash_does_not_keep_is_reported_and_the_machine_goes_on() {
     assert_eq!(session.wait_for_rest(REST_LIMIT).expect("rest"), 1_000_000);
 }
 
-/// Every tick at 4 kHz. At this shift the processor has 5250 instructions per tick; the board's has 42 000 cycles. What
-/// the line has room for is another matter, and a matter of arithmetic: tests/property_frames.rs.
+/// Every tick at 4 kHz. At this shift the processor has 5250 instructions per tick; the board's has 42 000
+/// cycles. What the line has room for is another matter, and a matter of arithmetic:
+/// tests/property_frames.rs.
 #[test]
 fn every_tick_can_be_streamed_in_frames() {
     let Some(image) = image() else { return };

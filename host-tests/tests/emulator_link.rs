@@ -74,8 +74,8 @@ fn a_stop_byte_behind_half_a_line_stops_the_image_with_checksums_on() {
     assert_eq!(session.command("status").expect("status").line("fault"), Some("none"));
 }
 
-/// The emulator's port takes the next byte only when the last one was read, so it cannot lose any. The debugger's link shows the
-/// interrupt the flag as the port would, once.
+/// The emulator's port takes the next byte only when the last one was read, so it cannot lose any. The
+/// debugger's link shows the interrupt the flag as the port would, once.
 #[test]
 fn a_line_that_an_overrun_has_cut_is_refused_and_counted() {
     /// USART1's status, its flags "overrun" and "byte received".

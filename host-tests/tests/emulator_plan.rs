@@ -1,5 +1,5 @@
-//! The shortest move for the paper's beam: solved on the host, sent to the unmodified image over its serial port, played there, and felt
-//! by modes at the edges of their boxes.
+//! The shortest move for the paper's beam: solved on the host, sent to the unmodified image over its serial
+//! port, played there, and felt by modes at the edges of their boxes.
 
 use std::path::{Path, PathBuf};
 

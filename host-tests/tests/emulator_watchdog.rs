@@ -1,5 +1,5 @@
-//! The real image is not reset by its own watchdog while it does what takes it longest. The emulator has no watchdog, but writes to its
-//! key register can be watched.
+//! The real image is not reset by its own watchdog while it does what takes it longest. The emulator has no
+//! watchdog, but writes to its key register can be watched.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -20,8 +20,8 @@ const WATCHDOG_KEY: u32 = 0x4000_3000;
 const PC: u8 = 15;
 const TICK_HZ: f64 = 4000.0;
 
-/// A tick has 21 000 instructions here (`tick_alignment`) and 42 000 cycles on the chip: as if an instruction took two cycles, which is
-/// more than flash waits and taken branches make of it on average.
+/// A tick has 21 000 instructions here (`tick_alignment`) and 42 000 cycles on the chip: as if an instruction
+/// took two cycles, which is more than flash waits and taken branches make of it on average.
 const SHIFT: u8 = 0;
 
 struct Board {
@@ -113,7 +113,8 @@ impl Board {
 #[test]
 fn the_watchdog_is_fed_whatever_the_console_does() {
     let Some(mut board) = boot() else { return };
-    // A plan as long as they come, played where every tick has to be asked how far a stop goes, and the largest tables.
+    // A plan as long as they come, played where every tick has to be asked how far a stop goes, and the
+    // largest tables.
     let mut lines = upload_lines(&overlaid(MAX_PLAN_TICKS / 4, &[(0, 8_000_000)]), TICK_HZ);
     let commit = lines.pop().expect("a last line");
     for number in 1..=4 {

@@ -235,8 +235,8 @@ const GOLDEN: [Golden; 20] = [
     },
 ];
 
-/// What the 5 % do to an undamped mode, evaluated elsewhere: type, half the width of the band as a fraction of
-/// the frequency, and where in the band the vibration peaks.
+/// What the 5 % do to an undamped mode, evaluated elsewhere: type, half the width of the band as a fraction
+/// of the frequency, and where in the band the vibration peaks.
 const BANDS: [(ShaperType, f64, &[f64]); 3] = [
     (ShaperType::Ei, 0.19972537566454, &[1.0]),
     (ShaperType::Ei2, 0.36227182572084, &[0.826291, 1.173709]),

@@ -1,11 +1,13 @@
-//! How far libm and micromath are off, in every use that the firmware makes of them and over the arguments that it has there.
+//! How far libm and micromath are off, in every use that the firmware makes of them and over the arguments
+//! that it has there.
 
 use micromath::F32Ext;
 use stillbeam_firmware::elementary::{cube_root, sine_in_half_turn};
 
 /// Arguments per range.
 const PLACES: u32 = 200_000;
-/// Off the platform's own functions, themselves within one, by at most so many units in the last place of an f64: 2.2 × 10⁻¹⁶ each.
+/// Off the platform's own functions, themselves within one, by at most so many units in the last place of an
+/// f64: 2.2 × 10⁻¹⁶ each.
 const LAST_PLACES: f64 = 1.1;
 
 /// From `low` to `high`, evenly in the logarithm where both are above zero, and at no round number.

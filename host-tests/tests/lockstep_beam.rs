@@ -49,8 +49,8 @@ fn the_published_results_are_those_of_this_code() {
     assert_eq!(published, results_page(), "make it anew with the command in its second line");
 }
 
-/// What the beam's modes are left with, in nanometres, after a motion with this profile and shaper, stopped after so many ticks
-/// if at all.
+/// What the beam's modes are left with, in nanometres, after a motion with this profile and shaper, stopped
+/// after so many ticks if at all.
 fn left_nm(profile: &str, shaper: &str, motion: &str, stop_after: Option<usize>) -> [f64; 2] {
     let mut bench = Bench::enabled();
     bench.accept(&format!("set move.profile {profile}"));

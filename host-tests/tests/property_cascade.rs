@@ -109,8 +109,9 @@ proptest! {
         }
     }
 
-    /// Tables are swapped while the command is held and the setpoint has arrived, and nobody knows that it has: the replaced cascade
-    /// runs on beside the new one, each from an origin of its own, and looks as far back as its lag says.
+    /// Tables are swapped while the command is held and the setpoint has arrived, and nobody knows that it
+    /// has: the replaced cascade runs on beside the new one, each from an origin of its own, and looks as far
+    /// back as its lag says.
     #[test]
     fn a_held_position_never_moves_whatever_is_swapped(
         start_nm in -300_000_000..300_000_000_i32,
@@ -139,7 +140,8 @@ proptest! {
                 prop_assert_eq!(setpoint, Nanometres(held_nm));
                 spare = spare.or(retired);
             }
-            // On to another place, perhaps while the handover still is under way, and there until all has run out.
+            // On to another place, perhaps while the handover still is under way, and there until all has run
+            // out.
             let from_nm = held_nm;
             for tick in 1..=ramp_ticks {
                 let part = f64::from(tick) / f64::from(ramp_ticks);
@@ -156,8 +158,9 @@ proptest! {
         }
     }
 
-    /// Tables changed at random moments of a monotonic motion of any speeds: the setpoint never moves further in a tick than the
-    /// command has moved in one, does not overshoot, and ends exactly. Its speed changes gradually.
+    /// Tables changed at random moments of a monotonic motion of any speeds: the setpoint never moves further
+    /// in a tick than the command has moved in one, does not overshoot, and ends exactly. Its speed changes
+    /// gradually.
     #[test]
     fn tables_changed_while_moving_neither_jump_nor_overshoot_nor_miss(
         changes in prop::collection::vec((modes(), 0..300_usize), 1..6),
@@ -199,8 +202,8 @@ proptest! {
         }
     }
 
-    /// At constant speed, long after the start, a change of tables changes the setpoint's speed by no more per tick than the
-    /// command's speed over the length of the fade.
+    /// At constant speed, long after the start, a change of tables changes the setpoint's speed by no more
+    /// per tick than the command's speed over the length of the fade.
     #[test]
     fn a_change_of_tables_at_constant_speed_is_gradual(
         before in modes(),

@@ -1,5 +1,5 @@
-//! Sweeps, multisines, pulses and decays against their definitions in `f64`: within their limits in every tick, back where they
-//! started, stoppable.
+//! Sweeps, multisines, pulses and decays against their definitions in `f64`: within their limits in every
+//! tick, back where they started, stoppable.
 
 use std::f64::consts::TAU;
 
@@ -39,7 +39,8 @@ fn unlimited(context: MotionContext) -> MotionContext {
     MotionContext { limits, ..context }
 }
 
-/// All positions relative to the centre in nanometres, before rounding; and whether the last is the centre exactly.
+/// All positions relative to the centre in nanometres, before rounding; and whether the last is the centre
+/// exactly.
 fn run(spec: &MotionSpec, context: &MotionContext) -> Result<Vec<f64>, MotionError> {
     let mut memory = vec![0; 13_824];
     let mut plan = spec.plan(context, &mut Some(&mut memory))?;
@@ -49,8 +50,8 @@ fn run(spec: &MotionSpec, context: &MotionContext) -> Result<Vec<f64>, MotionErr
     Ok(path)
 }
 
-/// The largest first, second and third difference of positions that rest at the centre before and after, per second to the first,
-/// second and third, in millimetres.
+/// The largest first, second and third difference of positions that rest at the centre before and after, per
+/// second to the first, second and third, in millimetres.
 fn largest_derivatives(path_nm: &[f64], rate: TickRate) -> [f64; 3] {
     let mut extended = vec![0.0; 3];
     extended.extend(path_nm);
@@ -123,7 +124,8 @@ fn sweep() -> impl Strategy<Value = SweepSpec> {
     )
 }
 
-/// The paper's eq. (33), T = |f_b - f_a|/β with β in Hz/s, and eq. (34), T = 60 |log2(f_b/f_a)|/β with β in octaves/min.
+/// The paper's eq. (33), T = |f_b - f_a|/β with β in Hz/s, and eq. (34), T = 60 |log2(f_b/f_a)|/β with β in
+/// octaves/min.
 #[test]
 fn a_rate_gives_the_duration_of_equations_33_and_34() {
     use SweepKind::{Exponential, Linear};
@@ -193,8 +195,8 @@ proptest! {
             if time_s < taper_s || time_s > whole_s - taper_s {
                 continue;
             }
-            // Within a tick the frequency is held: the phase is off by half a tick of its change so far. The amplitude
-            // follows in f32 steps.
+            // Within a tick the frequency is held: the phase is off by half a tick of its change so far. The
+            // amplitude follows in f32 steps.
             let lag = TAU * 0.5 * (spec.frequency_hz(time_s, whole_s) - spec.from_hz).abs() / rate_hz;
             let expected_nm = amplitude_nm * (TAU * turns(&spec, time_s, whole_s)).sin();
             prop_assert!(
@@ -205,9 +207,9 @@ proptest! {
         assert_within(&path_nm, &context, largest_mm)?;
     }
 
-    /// What `check` promises of a sweep's derivatives holds for every tick: a limit just below what the sweep does is refused.
-    /// And it is not pessimistic: limits of three times that are accepted, even when the sweep lasts a few turns, if its
-    /// amplitude is constant.
+    /// What `check` promises of a sweep's derivatives holds for every tick: a limit just below what the sweep
+    /// does is refused. And it is not pessimistic: limits of three times that are accepted, even when the
+    /// sweep lasts a few turns, if its amplitude is constant.
     #[test]
     fn a_sweep_is_refused_when_and_only_when_it_would_break_a_limit(spec in sweep(), which in 0..3_usize, rate_hz in 1000.0..8000.0_f64) {
         let context = unlimited(context(rate_hz));
@@ -238,8 +240,8 @@ proptest! {
             _ => matches!(refused, Err(MotionError::Jerk { .. })),
         };
         prop_assert!(expected, "{:?}", refused.map(|path_nm| path_nm.len()));
-        // The bound takes the steepest fade and the largest amplitude at once, which is far off where the amplitude falls
-        // while it fades in.
+        // The bound takes the steepest fade and the largest amplitude at once, which is far off where the
+        // amplitude falls while it fades in.
         if !matches!(spec.amplitude, Amplitude::Position(_)) {
             return Ok(());
         }
@@ -344,7 +346,8 @@ proptest! {
         assert_within(&path_nm, &context, 0.0)?;
     }
 
-    /// A stop out of any tick of any excitation ends at rest within the limits, and no farther out than was checked.
+    /// A stop out of any tick of any excitation ends at rest within the limits, and no farther out than was
+    /// checked.
     #[test]
     fn every_excitation_can_be_stopped_within_the_limits(
         sweep in sweep(),
@@ -386,8 +389,8 @@ proptest! {
     }
 }
 
-/// Any sine within the limits: stopping in the worst moment goes 3.6 % beyond its amplitude where jerk and acceleration bind
-/// both, and not beyond it without a limit of jerk.
+/// Any sine within the limits: stopping in the worst moment goes 3.6 % beyond its amplitude where jerk and
+/// acceleration bind both, and not beyond it without a limit of jerk.
 #[test]
 fn a_stopped_sine_stays_within_the_reach_that_is_checked() {
     let rate = TickRate::from_hz(20_000.0).expect("a rate");

@@ -104,8 +104,8 @@ proptest! {
         }
     }
 
-    /// With negative taps a tick may move the setpoint by the sum of the taps' magnitudes times what the command moves, and changing
-    /// from one such table to another during a move makes it no more.
+    /// With negative taps a tick may move the setpoint by the sum of the taps' magnitudes times what the
+    /// command moves, and changing from one such table to another during a move makes it no more.
     #[test]
     fn changed_while_moving_the_setpoint_moves_no_further_than_either_table_allows(
         old in taps(-WEIGHT_ONE),

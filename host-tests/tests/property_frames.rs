@@ -104,7 +104,8 @@ proptest! {
         prop_assert!(!received.contains(&Received::Damaged));
     }
 
-    /// Bytes changed, lost and added: no sample comes that was not sent, and everything after the damage is whole.
+    /// Bytes changed, lost and added: no sample comes that was not sent, and everything after the damage is
+    /// whole.
     #[test]
     fn damage_costs_what_it_hits(
         (decimation, samples) in stream(),

@@ -1,4 +1,5 @@
-//! The limits are those of the setpoint: what leaves the shaper obeys them in every tick, for shapers without and with negative taps.
+//! The limits are those of the setpoint: what leaves the shaper obeys them in every tick, for shapers without
+//! and with negative taps.
 
 use proptest::prelude::*;
 use stillbeam_firmware::motion::{
@@ -22,7 +23,8 @@ fn designed() -> impl Strategy<Value = ShaperTable> {
     prop::collection::vec(mode, 0..3).prop_map(|modes| ShaperTable::design(&modes, rate()).expect("a table"))
 }
 
-/// A flat table of a few taps, some of them negative, that sum to one and whose magnitudes sum to less than three.
+/// A flat table of a few taps, some of them negative, that sum to one and whose magnitudes sum to less than
+/// three.
 fn with_negative_taps() -> impl Strategy<Value = ShaperTable> {
     prop::collection::vec((1..200_u32, -1.0..1.0_f64), 1..6).prop_map(|pairs| {
         let magnitude: f64 = pairs.iter().map(|(_, weight)| weight.abs()).sum::<f64>().max(1e-3);
@@ -96,7 +98,8 @@ fn holds(table: &ShaperTable, spec: &MotionSpec, profile: Profile) -> Result<(),
     setpoints_nm.extend((0..table.duration_ticks() + 3).map(|_| i64::from(cascade.step(last_nm))));
     prop_assert_eq!(setpoints_nm.last().copied(), Some(i64::from(last_nm)), "exact in the end");
 
-    // Half a nanometre is rounded in the command and after every stage, and each may be weighted by all that follow.
+    // Half a nanometre is rounded in the command and after every stage, and each may be weighted by all that
+    // follow.
     let rounding_nm = 0.5 * (table.stages().len() + 1) as f64 * table.absolute_gain();
     let per_s = rate().hz();
     let limits = context.limits;

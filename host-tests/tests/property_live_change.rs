@@ -1,5 +1,6 @@
-//! Live changes as people make them: random settings over the console at random moments of random moves, at four tick rates, with all
-//! types of shaper, up to four modes, and stops. What each part does is tested below the console; this is the promise itself.
+//! Live changes as people make them: random settings over the console at random moments of random moves, at
+//! four tick rates, with all types of shaper, up to four modes, and stops. What each part does is tested
+//! below the console; this is the promise itself.
 
 use std::cell::Cell;
 
@@ -13,7 +14,8 @@ const TYPES: [&str; 9] = ["off", "zv", "zvd", "zvdd", "zvddd", "ei", "ei2", "ei3
 const RATES_HZ: [f64; 4] = [500.0, 1000.0, 4000.0, 20_000.0];
 const PROFILES: [&str; 3] = ["trapezoid", "s_curve", "minimum_jerk"];
 
-/// Two cascades of up to four stages, each of which rounds to half a nanometre, in this tick and in the one before.
+/// Two cascades of up to four stages, each of which rounds to half a nanometre, in this tick and in the one
+/// before.
 const ROUNDING_NM: i32 = 8;
 /// Ticks at rest after which nothing more is expected to happen.
 const REST_TICKS: u32 = 400;
@@ -176,8 +178,8 @@ impl Taken {
     }
 }
 
-/// The setpoint of a journey: never faster than the command, never outside what the command has covered, exact at the end, and
-/// without the least motion at rest.
+/// The setpoint of a journey: never faster than the command, never outside what the command has covered,
+/// exact at the end, and without the least motion at rest.
 fn travel(journey: &Journey, taken: &Taken) -> Result<(), TestCaseError> {
     let mut bench = machine(journey);
     bench.accept("stream on 1");
@@ -261,8 +263,9 @@ fn changes_over_the_console_during_moves_never_make_the_setpoint_faster_than_the
     assert!(moving > 1500 && resting > 1000 && lagging > 300, "{moving} {resting} {lagging}");
 }
 
-/// A fault in the middle of a handover or with a lag: whatever is changed meanwhile, the setpoint is held to the nanometre, stays
-/// so when the fault is cleared, and the next move is exact and no faster than its command.
+/// A fault in the middle of a handover or with a lag: whatever is changed meanwhile, the setpoint is held to
+/// the nanometre, stays so when the fault is cleared, and the next move is exact and no faster than its
+/// command.
 fn hold(journey: &Journey, taken: &Taken) -> Result<(), TestCaseError> {
     let mut bench = machine(journey);
     let reply = bench.send(&format!("move {}", journey.to_mm)).pop().unwrap_or_default();

@@ -1,4 +1,5 @@
-//! Moves and stops of every profile against their definitions in `f64`, and within their limits in every tick.
+//! Moves and stops of every profile against their definitions in `f64`, and within their limits in every
+//! tick.
 
 use proptest::prelude::*;
 use stillbeam_firmware::motion::stop::Braking;
@@ -181,7 +182,8 @@ proptest! {
         }
     }
 
-    /// A stop out of any tick of any move: at rest in the end, within the limits, never past the move's target.
+    /// A stop out of any tick of any move: at rest in the end, within the limits, never past the move's
+    /// target.
     #[test]
     fn a_stop_obeys_the_limits_from_any_tick_of_any_move(
         distance_mm in distance_mm(),
@@ -214,7 +216,8 @@ proptest! {
             prop_assert!(largest_nm <= limit_nm * (1.0 + 1e-6) + FINE_ERROR_NM, "difference {}: {largest_nm} > {limit_nm}", index + 1);
         }
         let [velocity_nm, acceleration_nm, jerk_nm] = limits_nm;
-        // Steps of jerk are as long as ticks: what braking begins too late for that is of the order of one tick's acceleration.
+        // Steps of jerk are as long as ticks: what braking begins too late for that is of the order of one
+        // tick's acceleration.
         let slack_nm = 2.0 * acceleration_nm.min(velocity_nm) + 1.0 + 1e-6 * target_nm.abs();
         for position_nm in positions_nm {
             prop_assert!(position_nm * target_nm.signum() <= target_nm.abs() + slack_nm, "{position_nm} past {target_nm}");
@@ -225,8 +228,8 @@ proptest! {
         prop_assert!((stopping.len() as f64) <= longest + 12.0, "{} ticks", stopping.len());
     }
 
-    /// From any velocity and acceleration, those against each other too, the stop ends at rest within the limits and
-    /// about as quick as the quickest.
+    /// From any velocity and acceleration, those against each other too, the stop ends at rest within the
+    /// limits and about as quick as the quickest.
     #[test]
     fn a_stop_is_about_as_quick_as_the_limits_permit(
         velocity in -1.0..1.0_f64,
@@ -306,8 +309,8 @@ fn ideal_trapezoid_s(distance_mm: f64, limits: &MoveLimits) -> f64 {
     }
 }
 
-/// The quickest seven segments, by bisection for the peak velocity instead of by cases: a ramp to the velocity v takes
-/// v/a + a/j, or 2 √(v/j) where a is not reached, and half the way of the same time at v.
+/// The quickest seven segments, by bisection for the peak velocity instead of by cases: a ramp to the
+/// velocity v takes v/a + a/j, or 2 √(v/j) where a is not reached, and half the way of the same time at v.
 fn ideal_s_curve_s(distance_mm: f64, limits: &MoveLimits) -> f64 {
     let MoveLimits { velocity_mm_s, acceleration_mm_s2: a, jerk_mm_s3: j, .. } = *limits;
     let ramp_s = |v: f64| if v * j < a * a { 2.0 * (v / j).sqrt() } else { v / a + a / j };
@@ -328,8 +331,8 @@ fn ideal_minimum_jerk_s(distance_mm: f64, limits: &MoveLimits) -> f64 {
     by_velocity.max(by_acceleration).max((60.0 * distance_mm / limits.jerk_mm_s3).cbrt())
 }
 
-/// The quickest stop in continuous time with ticks as its unit: acceleration to −k, held there if that is the limit,
-/// and back to zero, braking towards the side where the velocity would end otherwise.
+/// The quickest stop in continuous time with ticks as its unit: acceleration to −k, held there if that is the
+/// limit, and back to zero, braking towards the side where the velocity would end otherwise.
 fn quickest_stop_ticks(velocity: f64, acceleration: f64, limit: f64, jerk: f64) -> f64 {
     let end = velocity + 0.5 * acceleration * acceleration.abs() / jerk;
     let (v, a) = if end >= 0.0 { (velocity, acceleration) } else { (-velocity, -acceleration) };

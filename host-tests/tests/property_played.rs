@@ -1,4 +1,5 @@
-//! Any plan that is accepted: its end is exact, its limits are kept tick by tick, and a stop out of any tick of it stays inside the travel.
+//! Any plan that is accepted: its end is exact, its limits are kept tick by tick, and a stop out of any tick
+//! of it stays inside the travel.
 
 use proptest::prelude::*;
 use stillbeam_firmware::motion::pieces::FRACTION_BITS;
@@ -196,7 +197,8 @@ impl Case {
     }
 }
 
-/// The lowest and the highest position of the stops out of every tick, and of the plan itself, in mm from its beginning.
+/// The lowest and the highest position of the stops out of every tick, and of the plan itself, in mm from its
+/// beginning.
 fn all_stops_mm(case: &Case, limits: &MoveLimits) -> (f64, f64) {
     let (outline, rate) = (case.outline(), TickRate::from_hz(case.rate_hz).expect("a rate"));
     let mut memory = Box::new(heapless::Vec::from_slice(&bytes(&case.pieces)).expect("it fits"));

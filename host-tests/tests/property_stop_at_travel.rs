@@ -1,5 +1,5 @@
-//! A stop out of any tick of any motion that was accepted never ends in a fault, however close the ends of the travel are, and
-//! whatever is changed meanwhile.
+//! A stop out of any tick of any motion that was accepted never ends in a fault, however close the ends of
+//! the travel are, and whatever is changed meanwhile.
 
 use proptest::prelude::*;
 use stillbeam_firmware::fault::TravelGuard;
@@ -119,7 +119,8 @@ fn prepare(case: &Case) -> Bench {
     bench
 }
 
-/// Starts the motion with the travel as narrow as it is accepted with; `None` where something else refuses it.
+/// Starts the motion with the travel as narrow as it is accepted with; `None` where something else refuses
+/// it.
 fn start_in_the_narrowest_travel(bench: &mut Bench, motion: &str) -> Option<(u32, (f64, f64))> {
     let mut travel_mm = (-1e-6, 1e-6);
     for _ in 0..8 {

@@ -21,7 +21,8 @@ fn says(bench: &mut Bench, line: &str) -> bool {
     bench.send("status").iter().any(|said| said == line)
 }
 
-/// What may be on the line when the byte comes: nothing, half a command, half an escape sequence, what is no text at all.
+/// What may be on the line when the byte comes: nothing, half a command, half an escape sequence, what is no
+/// text at all.
 fn unfinished_line() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         Just(Vec::new()),

@@ -1,4 +1,5 @@
-//! One bit of the settings region falls or rises: nothing enables on settings that nobody saved, and what is lost is named.
+//! One bit of the settings region falls or rises: nothing enables on settings that nobody saved, and what is
+//! lost is named.
 
 use embassy_futures::block_on;
 use proptest::prelude::*;
@@ -21,7 +22,8 @@ fn save(flash: MockFlash, settings: &Settings) -> MockFlash {
     store.into_flash()
 }
 
-/// Saves of a few changes each, the emergency input among them, so that records are replaced and pages erased.
+/// Saves of a few changes each, the emergency input among them, so that records are replaced and pages
+/// erased.
 fn history() -> impl Strategy<Value = Vec<(u8, f64, bool)>> {
     prop::collection::vec((0_u8..6, 1.0_f64..200.0, any::<bool>()), 6..24)
 }

@@ -1,4 +1,5 @@
-//! Step pulses counted edge by edge by the drive's side of the timer, through moves, applies and stops in any order.
+//! Step pulses counted edge by edge by the drive's side of the timer, through moves, applies and stops in any
+//! order.
 
 use proptest::prelude::*;
 use stillbeam_firmware::control::Inputs;

@@ -1,5 +1,5 @@
-//! Drives that take a velocity: no distance is lost between setpoint and codes, and the position loop brings the machine where
-//! the setpoint is in spite of what such drives do to a velocity.
+//! Drives that take a velocity: no distance is lost between setpoint and codes, and the position loop brings
+//! the machine where the setpoint is in spite of what such drives do to a velocity.
 
 use proptest::prelude::*;
 use stillbeam_firmware::control::Inputs;
@@ -136,8 +136,9 @@ fn loop_bench(gain: f64) -> Bench {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// What is left at rest is the drive's own zero error over the gain, and a count of the encoder: a proportional loop has no more
-    /// to say. Without the loop the offset alone makes the machine drift away without end.
+    /// What is left at rest is the drive's own zero error over the gain, and a count of the encoder: a
+    /// proportional loop has no more to say. Without the loop the offset alone makes the machine drift away
+    /// without end.
     #[test]
     fn the_loop_brings_any_drive_where_the_setpoint_is(
         lag_s in 0.0005..0.01_f64,

@@ -1,7 +1,8 @@
 //! Clocks: 8 MHz crystal, PLL to 168 MHz, APB1 at 42 MHz (its timers at 84), APB2 at 84 MHz.
 //!
-//! A crystal that does not start must not be a board that says nothing: then the internal oscillator, 1 % off, runs the
-//! console, and the machine is held as after a crash. One that stops later ends in the crash handler.
+//! A crystal that does not start must not be a board that says nothing: then the internal oscillator, 1 %
+//! off, runs the console, and the machine is held as after a crash. One that stops later ends in the crash
+//! handler.
 
 use embassy_stm32::Config;
 use embassy_stm32::pac;

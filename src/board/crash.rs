@@ -1,5 +1,5 @@
-//! What happens when nothing more can be done: the outputs are made safe, a record is written, and the core stops. The
-//! watchdog resets it; the firmware then starts with the drive disabled and shows the record.
+//! What happens when nothing more can be done: the outputs are made safe, a record is written, and the core
+//! stops. The watchdog resets it; the firmware then starts with the drive disabled and shows the record.
 //!
 //! With the `defmt` feature the message is printed over RTT, once the outputs are safe.
 
@@ -59,7 +59,8 @@ pub(super) fn take_mark(mark: u32) -> bool {
 }
 
 fn write(bytes: &[u8; CRASH_BYTES]) {
-    // SAFETY: the region is this long. It is written by the console's task or by a handler that does not return.
+    // SAFETY: the region is this long. It is written by the console's task or by a handler that does not
+    // return.
     unsafe { (&raw mut _crash_record).write_volatile(*bytes) };
 }
 
@@ -81,8 +82,8 @@ pub(super) fn give_up(reason: &str) -> ! {
     stop(CrashKind::Panic, FaultRegisters::default(), message)
 }
 
-// SAFETY: as the fault's handler: it does not return. The clock security system raises it when the crystal stops; the core
-// then runs from its internal oscillator.
+// SAFETY: as the fault's handler: it does not return. The clock security system raises it when the crystal
+// stops; the core then runs from its internal oscillator.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
     give_up("the crystal stopped")
@@ -109,8 +110,9 @@ fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
     stop(CrashKind::Panic, FaultRegisters::default(), message)
 }
 
-// The processor may come here because the stack is full, and then could not even store its state. The handler gets a
-// stack of its own choice: the old one if there is room, or that from its top, whose content nobody will return to.
+// The processor may come here because the stack is full, and then could not even store its state. The handler
+// gets a stack of its own choice: the old one if there is room, or that from its top, whose content nobody
+// will return to.
 core::arch::global_asm!(
     ".section .HardFault.stillbeam, \"ax\", %progbits",
     ".global HardFault",
@@ -152,7 +154,8 @@ unsafe extern "C" fn hard_fault(stack_pointer: u32) -> ! {
     stop(CrashKind::HardFault, registers, message)
 }
 
-// SAFETY: as above; it does not return. No interrupt is enabled without a handler of its own, so this is a fault too.
+// SAFETY: as above; it does not return. No interrupt is enabled without a handler of its own, so this is a
+// fault too.
 #[exception]
 unsafe fn DefaultHandler(number: i16) {
     make_safe();

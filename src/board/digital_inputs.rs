@@ -1,4 +1,5 @@
-//! Three general inputs on PB12, PB13 and PB14: a drive's ready output, limit switches, a trigger. They are sampled in every tick and streamed.
+//! Three general inputs on PB12, PB13 and PB14: a drive's ready output, limit switches, a trigger. They are
+//! sampled in every tick and streamed.
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::gpio::vals::Pupdr;

@@ -9,7 +9,8 @@ const PINS: [usize; 2] = [6, 7];
 /// The alternate function of both that belongs to TIM8.
 const TIM8_FUNCTION: u8 = 3;
 
-/// Sets the counter up. It counts from here on, whether an encoder is wired or not; the pull-ups keep open inputs quiet.
+/// Sets the counter up. It counts from here on, whether an encoder is wired or not; the pull-ups keep open
+/// inputs quiet.
 pub fn configure() {
     pac::RCC.ahb1enr().modify(|clocks| clocks.set_gpiocen(true));
     pac::RCC.apb2enr().modify(|clocks| clocks.set_tim8en(true));

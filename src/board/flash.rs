@@ -1,11 +1,11 @@
 //! The two sectors of flash that hold the settings.
 //!
-//! The chip has one bank: while it programs or erases, whatever fetches code from the flash waits, interrupts included.
-//! A word takes 16 µs, 100 µs at most; erasing a sector byte by byte, as the driver does, 2 s, 4 s at most (datasheet of
-//! the STM32F405, flash memory programming). In that time nothing answers: the analog output and the drive
-//! enable hold, ticks are lost without being counted, bytes from the serial line are lost too, and a stop has to be
-//! hard-wired to work. That is why the console saves only at rest, and why a sector is erased only when it is full, after
-//! some 400 changed settings.
+//! The chip has one bank: while it programs or erases, whatever fetches code from the flash waits, interrupts
+//! included. A word takes 16 µs, 100 µs at most; erasing a sector byte by byte, as the driver does, 2 s, 4 s
+//! at most (datasheet of the STM32F405, flash memory programming). In that time nothing answers: the analog
+//! output and the drive enable hold, ticks are lost without being counted, bytes from the serial line are
+//! lost too, and a stop has to be hard-wired to work. That is why the console saves only at rest, and why a
+//! sector is erased only when it is full, after some 400 changed settings.
 //!
 //! Both happen with the flash caches off and emptied, so what is read is what is there.
 
@@ -19,7 +19,8 @@ use super::flash_accelerator;
 /// Bytes per sector, given by the chip for sectors 5 to 11.
 const SECTOR: usize = 128 * 1024;
 
-/// Sectors 10 and 11, counted from the start of the flash. `memory.x` keeps them free and checks that it means the same.
+/// Sectors 10 and 11, counted from the start of the flash. `memory.x` keeps them free and checks that it
+/// means the same.
 const START: u32 = 0xc_0000;
 
 /// The region SETTINGS of `memory.x`, starting at its address zero.

@@ -1,5 +1,5 @@
-//! The caches and the prefetch of the flash controller: at 168 MHz the flash needs five wait states, so that without them an
-//! instruction takes two and a half cycles on the average.
+//! The caches and the prefetch of the flash controller: at 168 MHz the flash needs five wait states, so that
+//! without them an instruction takes two and a half cycles on the average.
 
 use embassy_stm32::pac;
 

@@ -11,8 +11,8 @@ unsafe extern "C" {
     static __edata: u8;
 }
 
-/// The CRC-32 (ISO-HDLC) of all bytes of the image: tells builds apart, and the one from the file that it was flashed from. Takes
-/// some 20 ms.
+/// The CRC-32 (ISO-HDLC) of all bytes of the image: tells builds apart, and the one from the file that it was
+/// flashed from. Takes some 20 ms.
 pub fn checksum() -> u32 {
     let first = (&raw const __vector_table) as usize;
     let values = (&raw const __edata) as usize - (&raw const __sdata) as usize;

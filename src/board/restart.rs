@@ -6,8 +6,8 @@ use embassy_stm32::pac;
 use super::{crash, outputs};
 use crate::restart::{ResetCause, Restart, Start};
 
-/// Reads the cause of the reset and the record of a crash. Call once, first: the cause is forgotten, so that the next
-/// reset tells its own.
+/// Reads the cause of the reset and the record of a crash. Call once, first: the cause is forgotten, so that
+/// the next reset tells its own.
 pub fn read() -> Restart {
     let cause = ResetCause((pac::RCC.csr().read().0 >> 24) as u8);
     pac::RCC.csr().modify(|control| control.set_rmvf(true));
@@ -27,7 +27,8 @@ pub fn reboot(start: Start) -> ! {
     SCB::sys_reset()
 }
 
-/// Goes to the chip's own bootloader, if [`reboot`] was asked to. Call first: it expects everything as after a reset.
+/// Goes to the chip's own bootloader, if [`reboot`] was asked to. Call first: it expects everything as after
+/// a reset.
 pub fn enter_bootloader_if_asked() {
     /// The chip's system memory, where the bootloader is (AN2606).
     const SYSTEM_MEMORY: *const u32 = 0x1fff_0000 as *const u32;

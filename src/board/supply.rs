@@ -1,5 +1,5 @@
-//! The supply: below 2.9 V the core is too fast for its flash (168 MHz at five wait states needs 2.7 V), and what it then does
-//! nobody knows. So the machine is made safe before.
+//! The supply: below 2.9 V the core is too fast for its flash (168 MHz at five wait states needs 2.7 V), and
+//! what it then does nobody knows. So the machine is made safe before.
 
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
@@ -9,7 +9,8 @@ use super::crash;
 
 /// The line of the supply's detector.
 const LINE: usize = 16;
-/// 2.9 V, with 0.1 V of hysteresis: the highest there is (datasheet of the STM32F405, embedded reset and power control).
+/// 2.9 V, with 0.1 V of hysteresis: the highest there is (datasheet of the STM32F405, embedded reset and
+/// power control).
 const LEVEL: u8 = 7;
 
 /// Watches the supply. Call once, after the clocks are set up, with the outputs in their safe state.

@@ -1,6 +1,7 @@
 //! What the console says unasked: that a fault has come up.
 //!
-//! One line between two replies, `! fault NAME tick=N drive=enabled|disabled`, with a checksum while `checksum` is on.
+//! One line between two replies, `! fault NAME tick=N drive=enabled|disabled`, with a checksum while
+//! `checksum` is on.
 
 use core::fmt::Write;
 
@@ -17,8 +18,8 @@ pub(super) struct Announced {
 }
 
 impl Console<'_> {
-    /// Says that a fault holds the machine, or that it now disables the drive too, once each. Whoever feeds bytes calls this
-    /// whenever no reply is under way.
+    /// Says that a fault holds the machine, or that it now disables the drive too, once each. Whoever feeds
+    /// bytes calls this whenever no reply is under way.
     pub fn announce(&mut self, out: &mut dyn Write) {
         // To be logged when they happen, not when somebody asks for them.
         #[cfg(feature = "defmt")]

@@ -1,6 +1,7 @@
 //! Lines and replies with a CRC-32: `LINE *XXXXXXXX`, eight hexadecimal digits over what stands before ` *`.
 //!
-//! A reply's CRC is on its last line and covers the whole reply, line breaks (CR LF) between its lines included.
+//! A reply's CRC is on its last line and covers the whole reply, line breaks (CR LF) between its lines
+//! included.
 
 use core::fmt::{self, Write};
 

@@ -17,8 +17,8 @@ pub(super) struct HostWatch {
 }
 
 impl Console<'_> {
-    /// Does what a single byte asks for; whether it did. Such a byte is part of no line. It works once more at its place in
-    /// the order of what was sent, so that no line before it moves anything after it.
+    /// Does what a single byte asks for; whether it did. Such a byte is part of no line. It works once more
+    /// at its place in the order of what was sent, so that no line before it moves anything after it.
     pub(super) fn take_real_time(&mut self, byte: u8, out: &mut dyn Write) -> bool {
         let Some(special) = self.asked.receive(byte) else { return false };
         if matches!(special, RealTimeByte::Stop | RealTimeByte::Emergency) {

@@ -70,7 +70,8 @@ pub(super) struct Upload {
     last_crc32: u32,
 }
 
-/// Why an upload goes no further. What came before stays, and the frame may be sent again, unless told otherwise.
+/// Why an upload goes no further. What came before stays, and the frame may be sent again, unless told
+/// otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UploadError {
     /// None can have this length in bytes.

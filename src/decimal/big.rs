@@ -2,7 +2,8 @@
 
 use core::cmp::Ordering;
 
-/// 1408 bits: the largest number that a significand and a power of ten of an `f64` make has 1335 ([`super::parse()`]).
+/// 1408 bits: the largest number that a significand and a power of ten of an `f64` make has 1335
+/// ([`super::parse()`]).
 const WORDS: usize = 44;
 
 /// A whole number, not negative. What does not fit is cut off above; no caller gets there.

@@ -11,8 +11,8 @@ pub const MAX_DIGITS: u32 = 200;
 /// Bits of a quotient, of which rounding leaves 53.
 const QUOTIENT_BITS: u32 = 64;
 
-/// Reads what `str::parse` reads of an `f64`, and as that rounds it: to the nearest, to even where it is half way; too large
-/// is infinite. `None` for anything else, and for more than [`MAX_DIGITS`] digits.
+/// Reads what `str::parse` reads of an `f64`, and as that rounds it: to the nearest, to even where it is half
+/// way; too large is infinite. `None` for anything else, and for more than [`MAX_DIGITS`] digits.
 pub fn parse(text: &str) -> Option<f64> {
     let magnitude = text.strip_prefix(['+', '-']).unwrap_or(text);
     let value = match magnitude {

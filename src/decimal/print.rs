@@ -13,8 +13,9 @@ pub const MAX_PRECISION: usize = 40;
 /// The most digits of a number below 2¹⁰²⁴ in units of 10⁻⁴⁰.
 const MAX_DIGITS: usize = 352;
 
-/// Prints as `core` prints the number: with the fewest digits that read back as the same number, or with as many after the point
-/// as the format asks for, at most [`MAX_PRECISION`], rounded to even where it is half way. Never with an exponent.
+/// Prints as `core` prints the number: with the fewest digits that read back as the same number, or with as
+/// many after the point as the format asks for, at most [`MAX_PRECISION`], rounded to even where it is half
+/// way. Never with an exponent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decimal(pub f64);
 
@@ -71,8 +72,8 @@ fn fixed(significand: u64, exponent: i32, precision: usize, f: &mut fmt::Formatt
     write(&digits, point, f)
 }
 
-/// The shortest digits that lie nearer to the number than to its neighbours, and the nearest of these (G. L. Steele Jr.,
-/// J. L. White, "How to print floating-point numbers accurately", 1990).
+/// The shortest digits that lie nearer to the number than to its neighbours, and the nearest of these (G. L.
+/// Steele Jr., J. L. White, "How to print floating-point numbers accurately", 1990).
 fn shortest(significand: u64, exponent: i32, f: &mut fmt::Formatter<'_>) -> fmt::Result {
     // Below a power of two the neighbour is half as far.
     let uneven = significand == 1 << STORED_BITS && exponent > LEAST_EXPONENT;
@@ -123,7 +124,8 @@ fn shortest(significand: u64, exponent: i32, f: &mut fmt::Formatter<'_>) -> fmt:
         let up = reaches_one(&rest, &above, &one, 1);
         let mut twice = rest.clone();
         twice.shift(1);
-        // Where the digit above is as short, the nearer one; it is never ten, or a digit less would have done.
+        // Where the digit above is as short, the nearer one; it is never ten, or a digit less would have
+        // done.
         let digit = digit + u8::from(up && (!down || twice.compare(&one) != Ordering::Less));
         // Seventeen are always enough.
         if digits.push(digit).is_err() || down || up {

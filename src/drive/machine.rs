@@ -59,7 +59,8 @@ pub enum Stop {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
-    /// Whether all that enabling needs is there. Counts while the drive is off; what is lost later is a fault.
+    /// Whether all that enabling needs is there. Counts while the drive is off; what is lost later is a
+    /// fault.
     Permit(bool),
     /// A person or host says so.
     Enable,

@@ -11,7 +11,7 @@ pub struct DriveSetup {
     pub lacking: Lacking,
     /// What the general inputs mean.
     pub inputs: InputRoles,
-    /// Whether what the drive is told is relative to where it stands: pulses or a velocity. An analog position is not: it has to
-    /// be known, and an encoder that counts from the start does not know it.
+    /// Whether what the drive is told is relative to where it stands: pulses or a velocity. An analog
+    /// position is not: it has to be known, and an encoder that counts from the start does not know it.
     pub relative: bool,
 }

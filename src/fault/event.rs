@@ -15,7 +15,8 @@ pub enum Event {
     LateTick,
     /// A setpoint beyond the travel, on its way out. Value: the position in nm. By the tick.
     Limit,
-    /// An output at its end: the analog range, or more steps than fit. Value: the setpoint in nm. By the tick.
+    /// An output at its end: the analog range, or more steps than fit. Value: the setpoint in nm. By the
+    /// tick.
     Clamp,
     /// The encoder is off the setpoint by more than the window. Value: the error in nm. By the tick.
     Encoder,
@@ -115,8 +116,8 @@ pub struct EventRecord {
     pub value: i32,
 }
 
-/// Events that wait for the console, and events that the console keeps. A full queue loses the newest, which are still
-/// counted.
+/// Events that wait for the console, and events that the console keeps. A full queue loses the newest, which
+/// are still counted.
 pub const MAX_EVENTS: usize = 32;
 
 /// How often each kind of event has happened since the start; wraps after 2³².

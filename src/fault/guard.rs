@@ -4,8 +4,8 @@ use crate::units::Nanometres;
 
 /// The travel, checked on what the shaper made of the command.
 ///
-/// A setpoint beyond it may come back but not go further out: travel that was narrowed around a machine at rest outside of
-/// it leaves a way back.
+/// A setpoint beyond it may come back but not go further out: travel that was narrowed around a machine at
+/// rest outside of it leaves a way back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TravelGuard {
     low: Nanometres,

@@ -98,8 +98,8 @@ impl Reaction {
 pub struct Reactions {
     /// To [`Fault::MissedTick`].
     pub missed_tick: Reaction,
-    /// To [`Fault::Limit`] and [`Fault::LimitInput`]. [`Reaction::Report`] is one of category 2 here: a setpoint beyond the travel is
-    /// never put out, and one that moves is never frozen.
+    /// To [`Fault::Limit`] and [`Fault::LimitInput`]. [`Reaction::Report`] is one of category 2 here: a
+    /// setpoint beyond the travel is never put out, and one that moves is never frozen.
     pub limit: Reaction,
     /// To [`Fault::Encoder`].
     pub encoder: Reaction,
@@ -137,7 +137,8 @@ pub struct Latch {
 }
 
 impl Latch {
-    /// Takes a fault in. A further one leaves the first in place. Returns how to stop for it; `None` where it is only reported.
+    /// Takes a fault in. A further one leaves the first in place. Returns how to stop for it; `None` where it
+    /// is only reported.
     pub fn trip(&mut self, fault: Fault, reactions: Reactions) -> Option<Stop> {
         let stop = reactions.to(fault)?;
         self.fault = self.fault.or(Some(fault));

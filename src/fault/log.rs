@@ -17,7 +17,8 @@ impl<'m> EventLog<'m> {
         Self { from_tick, kept: Deque::new() }
     }
 
-    /// Adds an event of the console. The log keeps the first [`MAX_EVENTS`], because what came first explains the rest.
+    /// Adds an event of the console. The log keeps the first [`MAX_EVENTS`], because what came first explains
+    /// the rest.
     pub fn add(&mut self, tick: u32, event: Event, value: i32) {
         self.collect();
         let record = EventRecord { tick, event, value };

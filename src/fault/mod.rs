@@ -4,9 +4,10 @@
 //! - [`latch`]: faults that stop the machine until a person says `clear`.
 //! - [`guard`]: the last look at a setpoint before it goes out.
 //!
-//! A fault never panics and never waits. What it does to the drive is one of the stop categories of IEC 60204-1, as its
-//! [`Reaction`] says ([`crate::drive`]): the setpoint itself is braked, past the shaper, and the command goes with it, so that the
-//! shaper settles there behind the scenes. Once it has, the machine goes on from rest without a jump.
+//! A fault never panics and never waits. What it does to the drive is one of the stop categories of IEC
+//! 60204-1, as its [`Reaction`] says ([`crate::drive`]): the setpoint itself is braked, past the shaper, and
+//! the command goes with it, so that the shaper settles there behind the scenes. Once it has, the machine
+//! goes on from rest without a jump.
 
 pub mod event;
 pub mod guard;

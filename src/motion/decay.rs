@@ -36,7 +36,8 @@ impl DecayPlan {
         Ok(Self { start, hold_ticks, held, held_ticks: 0 })
     }
 
-    /// Ticks until the command has come to rest: from there on the machine decays freely, once the shaper has run out.
+    /// Ticks until the command has come to rest: from there on the machine decays freely, once the shaper has
+    /// run out.
     pub fn move_ticks(&self) -> u32 {
         self.start.duration_ticks()
     }

@@ -24,12 +24,12 @@ enum Course {
 }
 
 impl MovePlan {
-    /// Plans the quickest move of this profile from `from` to `to_mm` within `limits`. A move of no distance takes no
-    /// tick.
+    /// Plans the quickest move of this profile from `from` to `to_mm` within `limits`. A move of no distance
+    /// takes no tick.
     ///
     /// # Errors
-    /// [`MotionError`] when the setpoint could leave the travel, or the move would take too many ticks: over 5 million for
-    /// an S-curve, 16 million for the others.
+    /// [`MotionError`] when the setpoint could leave the travel, or the move would take too many ticks: over
+    /// 5 million for an S-curve, 16 million for the others.
     pub fn new(
         from: Nanometres,
         to_mm: f64,

@@ -1,12 +1,13 @@
 //! A multisine: many sines at once, the same in every period, for identification without leakage.
 //!
-//! Adding up the sines in the interrupt would cost as many instructions as there are lines. One period is drawn outside it
-//! instead, into the history that the next shaper will need and this one does not: the coefficients of a cubic
-//! spline whose knots are several ticks apart. The interrupt computes the spline, so position, velocity and acceleration are
-//! continuous, and periods are equal to the bit. It has no other memory, so a table cannot change meanwhile.
+//! Adding up the sines in the interrupt would cost as many instructions as there are lines. One period is
+//! drawn outside it instead, into the history that the next shaper will need and this one does not: the
+//! coefficients of a cubic spline whose knots are several ticks apart. The interrupt computes the spline, so
+//! position, velocity and acceleration are continuous, and periods are equal to the bit. It has no other
+//! memory, so a table cannot change meanwhile.
 //!
-//! A spline lies within its coefficients, its derivatives within theirs: differences of neighbouring coefficients bound velocity,
-//! acceleration and jerk.
+//! A spline lies within its coefficients, its derivatives within theirs: differences of neighbouring
+//! coefficients bound velocity, acceleration and jerk.
 
 use super::fine::{FinePosition, fine_units};
 use super::multisine_spec::{self, Grid, MultisineSpec, Pencil};
@@ -60,7 +61,8 @@ impl<'m> MultisineDrawing<'m> {
     /// An empty table in `memory`, for a multisine around where the command is.
     ///
     /// # Errors
-    /// [`MotionError`] names the parameter outside its range, or the room that the table needs; the memory comes back.
+    /// [`MotionError`] names the parameter outside its range, or the room that the table needs; the memory
+    /// comes back.
     pub fn new(
         spec: &MultisineSpec,
         context: &MotionContext,

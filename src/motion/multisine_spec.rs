@@ -7,7 +7,8 @@ use crate::elementary::sine_in_half_turn;
 /// The phases of a multisine's lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phases {
-    /// −π k (k − 1)/K for line k of K: a low crest without chance (Schroeder, IEEE Trans. Inf. Theory 16, 1970).
+    /// −π k (k − 1)/K for line k of K: a low crest without chance (Schroeder, IEEE Trans. Inf. Theory 16,
+    /// 1970).
     Schroeder,
     /// Drawn at random from this seed.
     Random(u32),
@@ -20,8 +21,8 @@ pub struct MultisineSpec {
     pub from_hz: f64,
     /// No line is above this, in hertz.
     pub to_hz: f64,
-    /// After how long it repeats, in seconds; rounded to a whole number of ticks, or of knots where it has no suitable
-    /// divisor.
+    /// After how long it repeats, in seconds; rounded to a whole number of ticks, or of knots where it has no
+    /// suitable divisor.
     pub period_s: f64,
     /// How many periods at full amplitude.
     pub periods: u32,
@@ -43,8 +44,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Knots per period of the highest frequency, at least. Between knots the spline follows a sine of that frequency
-    /// with images of (1/15)⁴, −94 dB.
+    /// Knots per period of the highest frequency, at least. Between knots the spline follows a sine of that
+    /// frequency with images of (1/15)⁴, −94 dB.
     const KNOTS_PER_TURN: f64 = 16.0;
 
     /// The grid for a multisine whose table has room for so many knots.
@@ -82,8 +83,8 @@ impl Grid {
 /// How far outside the band a line may be, in distances between lines.
 const NEARLY_A_LINE: f64 = 0.02;
 
-/// Ticks per knot, from a quarter of `most` to `most`, and knots, so that the period comes closest to what it should be; knots as far
-/// apart as that permits.
+/// Ticks per knot, from a quarter of `most` to `most`, and knots, so that the period comes closest to what it
+/// should be; knots as far apart as that permits.
 fn knots(period_ticks: u32, most: u32, available: usize) -> Result<(u32, u32), MotionError> {
     let rounded = |ticks: u32| (period_ticks + ticks / 2) / ticks;
     let needed = rounded(most).max(4) as usize;
@@ -177,7 +178,8 @@ fn schroeder(index: u32, count: u32) -> u64 {
     turns(product as u32, 2 * count).wrapping_neg()
 }
 
-/// `numerator` / `denominator` turns, Q64, for a numerator below the denominator: long division, 32 bits at a time.
+/// `numerator` / `denominator` turns, Q64, for a numerator below the denominator: long division, 32 bits at a
+/// time.
 fn turns(numerator: u32, denominator: u32) -> u64 {
     let denominator = u64::from(denominator.max(1));
     let high = (u64::from(numerator) << 32) / denominator;

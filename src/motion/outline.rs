@@ -12,7 +12,8 @@ use crate::units::{Nanometres, TickRate};
 
 /// Larger jerks, accelerations and velocities could overflow: 8 mm per tick.
 const LARGEST: i64 = 1 << 61;
-/// What may be left at the end: of the position in fine units (4·10⁻³ nm), of velocity and acceleration in theirs (2·10⁻⁵ nm per tick).
+/// What may be left at the end: of the position in fine units (4·10⁻³ nm), of velocity and acceleration in
+/// theirs (2·10⁻⁵ nm per tick).
 const LEFT: (i64, i64) = (1 << 16, 1 << 22);
 
 /// An uploaded command in outline.
@@ -30,7 +31,8 @@ pub struct PlanOutline {
     pub distance: Nanometres,
     /// The lowest and the highest position on the way.
     pub span: (Nanometres, Nanometres),
-    /// The largest magnitudes of jerk, acceleration and velocity, in units of 2⁻³⁸ nm per tick³, tick² and tick.
+    /// The largest magnitudes of jerk, acceleration and velocity, in units of 2⁻³⁸ nm per tick³, tick² and
+    /// tick.
     largest: [i64; 3],
 }
 
@@ -88,7 +90,8 @@ impl PlanOutline {
         }
     }
 
-    /// Refuses to play the command, or its mirror image, from where `context` says where the setpoint or a stop out of it could break a limit.
+    /// Refuses to play the command, or its mirror image, from where `context` says where the setpoint or a
+    /// stop out of it could break a limit.
     ///
     /// # Errors
     /// [`MotionError`] with the limit and what would be needed.
@@ -98,8 +101,8 @@ impl PlanOutline {
         self.check_stops(&survey, backwards, context)
     }
 
-    /// The same as far as it takes no time: `None` where it may be played, else the stops that have to be looked at before
-    /// [`Self::check_stops`] can say.
+    /// The same as far as it takes no time: `None` where it may be played, else the stops that have to be
+    /// looked at before [`Self::check_stops`] can say.
     ///
     /// # Errors
     /// [`MotionError`] with the limit and what would be needed.
@@ -115,7 +118,8 @@ impl PlanOutline {
         limits.check_jerk(jerk)?;
         let (low, high) = (f64::from(self.span.0.0), f64::from(self.span.1.0));
         check_span(low, high, backwards, context)?;
-        // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to be looked at.
+        // Wherever it is stopped, it goes no further than this; where there is room for that, nothing has to
+        // be looked at.
         let most = 1e6 * limits.stopping_distance_mm(velocity, acceleration, *profile);
         if check_span(low - most, high + most, backwards, context).is_ok() {
             return Ok(None);
@@ -248,8 +252,8 @@ fn piece_at(bytes: &[u8], tick: u32) -> usize {
     number
 }
 
-/// A way in whole nanometres, rounded up. In integers, for the core has no double precision and this is asked in every tick of a command;
-/// beyond the range of positions it is as good as endless.
+/// A way in whole nanometres, rounded up. In integers, for the core has no double precision and this is asked
+/// in every tick of a command; beyond the range of positions it is as good as endless.
 fn reach_nm(way: f32) -> i64 {
     const ENDLESS: i64 = 1 << 40;
     let whole = way as i32;
@@ -260,8 +264,8 @@ fn per_tick(units: i64) -> f64 {
     libm::scalbn(units as f64, -(FRACTION_BITS as i32))
 }
 
-/// How far the stops out of a command go, as many ticks at a time as there is time for. In single precision, for it is asked in every
-/// tick.
+/// How far the stops out of a command go, as many ticks at a time as there is time for. In single precision,
+/// for it is asked in every tick.
 #[derive(Clone, Debug)]
 pub struct StopSurvey {
     /// nm per tick².
@@ -276,7 +280,8 @@ pub struct StopSurvey {
 }
 
 impl StopSurvey {
-    /// Stops brake in whole ticks and are not quite the shortest, which takes them further by this part of their way,
+    /// Stops brake in whole ticks and are not quite the shortest, which takes them further by this part of
+    /// their way,
     const MORE: f32 = 0.005;
     /// and by as much as the full deceleration makes in one tick, so many times.
     const TICKS: f32 = 16.0;
@@ -303,8 +308,9 @@ impl StopSurvey {
         true
     }
 
-    /// How far below and above where it begins a stop gets out of a tick with this velocity and acceleration, which are differences: the velocity
-    /// is that of half a tick before and the acceleration that of a whole one.
+    /// How far below and above where it begins a stop gets out of a tick with this velocity and acceleration,
+    /// which are differences: the velocity is that of half a tick before and the acceleration that of a whole
+    /// one.
     fn past(&self, velocity: f32, acceleration: f32) -> (f32, f32) {
         let Some(jerk) = self.jerk else {
             // v − A, v − 2A … to zero.
@@ -313,7 +319,8 @@ impl StopSurvey {
             return if velocity < 0.0 { (distance, 0.0) } else { (0.0, distance) };
         };
         let velocity = velocity + 0.5 * acceleration;
-        // The velocity that there is when the acceleration has been taken back says in which direction the stop goes.
+        // The velocity that there is when the acceleration has been taken back says in which direction the
+        // stop goes.
         let direction = velocity + 0.5 * acceleration * libm::fabsf(acceleration) / jerk;
         let forwards = |velocity: f32, acceleration: f32| {
             let acceleration = (acceleration - jerk).max(-self.deceleration).min(acceleration);

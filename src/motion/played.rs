@@ -18,7 +18,8 @@ pub struct PlayedPlan<'m> {
 }
 
 impl<'m> PlayedPlan<'m> {
-    /// Plays the command in `pieces`, of which `outline` is and which [`PlanOutline::check`] has passed, or its mirror image, from `start`.
+    /// Plays the command in `pieces`, of which `outline` is and which [`PlanOutline::check`] has passed, or
+    /// its mirror image, from `start`.
     pub fn new(
         outline: &PlanOutline,
         backwards: bool,
@@ -41,7 +42,8 @@ impl<'m> PlayedPlan<'m> {
         self.to
     }
 
-    /// The position of the next tick; `None` after the last. The last is the end to the nanometre, whatever the sums are.
+    /// The position of the next tick; `None` after the last. The last is the end to the nanometre, whatever
+    /// the sums are.
     #[inline]
     pub fn step(&mut self) -> Option<FinePosition> {
         if self.ticks_left <= 1 {

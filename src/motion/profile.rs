@@ -6,7 +6,8 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Profile {
-    /// Constant acceleration, constant velocity, constant deceleration: the quickest within velocity and acceleration.
+    /// Constant acceleration, constant velocity, constant deceleration: the quickest within velocity and
+    /// acceleration.
     #[default]
     Trapezoid = 0,
     /// Seven segments of constant jerk: the quickest within velocity, acceleration and jerk.

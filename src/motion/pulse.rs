@@ -1,7 +1,9 @@
-//! A pulse: a short smooth displacement there and back, x = 64 D s³ (1 − s)³ at the fraction s of its duration.
+//! A pulse: a short smooth displacement there and back, x = 64 D s³ (1 − s)³ at the fraction s of its
+//! duration.
 //!
-//! Position, velocity and acceleration are zero at both ends, the velocity at the top too. With p = s(1 − s) the derivatives are
-//! 192 p²(1 − 2s), 384 p (1 − 5p) and 384 (1 − 2s)(1 − 10p), at most 192/(25√5), 24 and 384.
+//! Position, velocity and acceleration are zero at both ends, the velocity at the top too. With p = s(1 − s)
+//! the derivatives are 192 p²(1 − 2s), 384 p (1 − 5p) and 384 (1 − 2s)(1 − 10p), at most 192/(25√5), 24 and
+//! 384.
 
 use super::fine::{FinePosition, upper_product};
 use super::{MotionContext, MotionError, within};
@@ -31,8 +33,8 @@ pub struct PulsePlan {
 }
 
 impl PulseSpec {
-    /// How far a stop may go from the start, in heights of the pulse: at the top the acceleration is largest and has to be taken
-    /// back, where jerk is limited.
+    /// How far a stop may go from the start, in heights of the pulse: at the top the acceleration is largest
+    /// and has to be taken back, where jerk is limited.
     pub const STOP_REACH: f64 = 1.01;
     /// The longest pulse in seconds.
     pub const MAX_DURATION_S: f64 = 60.0;

@@ -1,4 +1,5 @@
-//! The minimum-jerk move: x = D (10 s³ − 15 s⁴ + 6 s⁵) at the fraction s of its duration (Flash and Hogan, J. Neurosci. 5, 1985).
+//! The minimum-jerk move: x = D (10 s³ − 15 s⁴ + 6 s⁵) at the fraction s of its duration (Flash and Hogan, J.
+//! Neurosci. 5, 1985).
 //!
 //! At most 15/8 D/T of velocity, 10/√3 D/T² of acceleration and, at both ends, 60 D/T³ of jerk.
 
@@ -6,7 +7,8 @@ use super::boxes::PerTick;
 use super::fine::{FinePosition, upper_product};
 use crate::elementary::cube_root;
 
-/// The longest duration in ticks. It leaves s steps of 2⁻²⁴ and more, far above the 2⁻⁶⁴ that s is counted in.
+/// The longest duration in ticks. It leaves s steps of 2⁻²⁴ and more, far above the 2⁻⁶⁴ that s is counted
+/// in.
 const MAX_TICKS: f64 = 16.0e6;
 
 /// The shortest duration over `distance_nm` within the limits, in ticks.

@@ -1,8 +1,8 @@
 //! The sine of a 32-bit phase in integers, for the interrupt.
 //!
-//! libm's `sinf` computes in `f64`, which the Cortex-M4F does in software; micromath's sine is off by up to 10⁻³, which would put a
-//! third harmonic of −60 dB into every sweep. This polynomial is off by less than 5 × 10⁻⁹ and is smooth to that
-//! level too, so differences of sweeps are accelerations, not rounding.
+//! libm's `sinf` computes in `f64`, which the Cortex-M4F does in software; micromath's sine is off by up to
+//! 10⁻³, which would put a third harmonic of −60 dB into every sweep. This polynomial is off by less than 5 ×
+//! 10⁻⁹ and is smooth to that level too, so differences of sweeps are accelerations, not rounding.
 
 /// One, in the result of [`sine`].
 pub const ONE: i32 = 1 << BITS;
@@ -13,8 +13,8 @@ const QUARTER: i32 = 1 << 30;
 /// Half a turn, which as a signed phase is also minus half a turn.
 const HALF: i32 = i32::MIN;
 
-/// Taylor coefficients of sin(πx/2) for x¹³ down to x⁵: (π/2)^k / k! with alternating signs, each two bits coarser than the one
-/// before, from Q42 on. What follows x¹³ is below 7 × 10⁻¹⁰.
+/// Taylor coefficients of sin(πx/2) for x¹³ down to x⁵: (π/2)^k / k! with alternating signs, each two bits
+/// coarser than the one before, from Q42 on. What follows x¹³ is below 7 × 10⁻¹⁰.
 const SMALL: [i32; 5] = [250_344, -3_956_970, 44_101_737, -321_727_694, 1_369_108_894];
 /// That of x³, Q31.
 const CUBIC: i32 = -1_387_197_337;

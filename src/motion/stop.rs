@@ -1,18 +1,20 @@
-//! The controlled stop: the command comes to rest from whatever velocity and acceleration it has, the quickest way that
-//! the limits permit.
+//! The controlled stop: the command comes to rest from whatever velocity and acceleration it has, the
+//! quickest way that the limits permit.
 //!
-//! With a limit of acceleration only, the velocity runs down by equal steps. With a limit j of jerk the acceleration moves by j per
-//! tick at most: each tick the hardest braking is chosen from which braking can still be taken back, in steps of j, before the
-//! velocity has changed its sign. Accelerations are i j + ρ with whole i and a ρ ≤ j left over from where the stop began, so the
-//! velocity lost while taking back is a sum of such terms, kept up to date by additions. Velocity that would be left over goes into ρ.
-//! What is left of the velocity at the end is less than one step and dropped, which is no more than j of jerk either.
+//! With a limit of acceleration only, the velocity runs down by equal steps. With a limit j of jerk the
+//! acceleration moves by j per tick at most: each tick the hardest braking is chosen from which braking can
+//! still be taken back, in steps of j, before the velocity has changed its sign. Accelerations are i j + ρ
+//! with whole i and a ρ ≤ j left over from where the stop began, so the velocity lost while taking back is a
+//! sum of such terms, kept up to date by additions. Velocity that would be left over goes into ρ. What is
+//! left of the velocity at the end is less than one step and dropped, which is no more than j of jerk either.
 
 use super::boxes::PerTick;
 use super::fine::FinePosition;
 use super::{MoveLimits, Profile};
 use crate::units::TickRate;
 
-/// Velocities and accelerations have these more fractional bits than positions: 10 mm/s³ at 20 kHz is then still 10⁻⁴ accurate.
+/// Velocities and accelerations have these more fractional bits than positions: 10 mm/s³ at 20 kHz is then
+/// still 10⁻⁴ accurate.
 const EXTRA_BITS: u32 = 8;
 /// The fractional bits of velocities and accelerations, in nanometres per tick and tick².
 const UNIT_BITS: u32 = FinePosition::FRACTION_BITS + EXTRA_BITS;
@@ -32,7 +34,8 @@ struct JerkLimit {
     per_tick: i64,
     /// Its reciprocal, for accelerations less [`Self::shift`] bits.
     inverse: f32,
-    /// What brings accelerations up to sixty times the limit into 32 bits, which the core can turn into floats.
+    /// What brings accelerations up to sixty times the limit into 32 bits, which the core can turn into
+    /// floats.
     shift: u32,
     /// How many whole steps are in the full deceleration.
     full_steps: i32,
@@ -69,7 +72,8 @@ impl Braking {
 }
 
 impl Braking {
-    /// The same without a limit of jerk: the shortest stop within the limit of acceleration, which never goes back.
+    /// The same without a limit of jerk: the shortest stop within the limit of acceleration, which never goes
+    /// back.
     #[inline]
     #[must_use]
     pub fn hardest(self) -> Self {
@@ -114,7 +118,8 @@ impl StopPlan {
             let velocity = if forward { velocity } else { -velocity };
             return Self { position: now.0, velocity, forward, deceleration, taking_back: None };
         };
-        // Where the velocity would end if the acceleration were taken back at once decides which way to brake.
+        // Where the velocity would end if the acceleration were taken back at once decides which way to
+        // brake.
         let outward = TakingBack::new(-acceleration, limit);
         let forward = velocity >= outward.loss;
         let (velocity, taking_back) =
@@ -203,7 +208,8 @@ impl TakingBack {
         }
     }
 
-    /// Takes back a step less what the velocity that is left over after all steps allows: a larger ρ, which acts in each of them.
+    /// Takes back a step less what the velocity that is left over after all steps allows: a larger ρ, which
+    /// acts in each of them.
     #[inline]
     fn ease(&mut self, left_over: i64) {
         let JerkLimit { per_tick, .. } = self.limit;

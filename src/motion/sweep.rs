@@ -1,14 +1,15 @@
 //! Sine sweeps of the position, for identification.
 //!
 //! The phase is a 64-bit fraction of a turn and advances every tick by the instantaneous frequency, which
-//! itself advances by a constant (linear sweep, eq. 33) or by a constant fraction of itself (exponential sweep,
-//! eq. 34). The frequency thus *is* the derivative of the phase; the usual mistake, sin(2π f(t) t), sweeps at the
-//! wrong rate. The amplitude rises and falls smoothly at both ends, so that the sweep starts and ends at rest, where it started.
+//! itself advances by a constant (linear sweep, eq. 33) or by a constant fraction of itself (exponential
+//! sweep, eq. 34). The frequency thus *is* the derivative of the phase; the usual mistake, sin(2π f(t) t),
+//! sweeps at the wrong rate. The amplitude rises and falls smoothly at both ends, so that the sweep starts
+//! and ends at rest, where it started.
 //!
-//! A constant acceleration needs a position amplitude with 1/f². From tick to tick it changes by (f(n)/f(n+1))², a factor that is
-//! constant in an exponential sweep; in a linear one the interrupt needs 1/f, for which micromath gives a first guess
-//! (off by up to 12.5 %) and three of Newton's steps the rest, off by 2·10⁻⁷: no division. The error goes into the
-//! *change* of the amplitude only.
+//! A constant acceleration needs a position amplitude with 1/f². From tick to tick it changes by
+//! (f(n)/f(n+1))², a factor that is constant in an exponential sweep; in a linear one the interrupt needs
+//! 1/f, for which micromath gives a first guess (off by up to 12.5 %) and three of Newton's steps the rest,
+//! off by 2·10⁻⁷: no division. The error goes into the *change* of the amplitude only.
 
 use micromath::F32Ext;
 
@@ -69,8 +70,8 @@ impl SweepPlan {
     /// Plans a sweep around where the command is.
     ///
     /// # Errors
-    /// [`MotionError`] names the parameter outside its range, or the limit of travel, velocity, acceleration or jerk
-    /// that the sweep would break.
+    /// [`MotionError`] names the parameter outside its range, or the limit of travel, velocity, acceleration
+    /// or jerk that the sweep would break.
     pub fn new(spec: &SweepSpec, context: &MotionContext) -> Result<Self, MotionError> {
         let CheckedSweep { ticks, taper, first_mm, largest_mm, falls_with_square } = spec.check(context)?;
         let step_of = |hz: f64| libm::scalbn(hz * context.rate.period_s(), 64);
@@ -157,7 +158,8 @@ impl Advance {
 }
 
 impl AmplitudeLaw {
-    /// For a frequency that changes by `change` per tick and is never below `lowest`, both in 2⁻⁶⁴ turns per tick.
+    /// For a frequency that changes by `change` per tick and is never below `lowest`, both in 2⁻⁶⁴ turns per
+    /// tick.
     fn inverse_square(change: f64, lowest: f64) -> Self {
         // The fraction is at most this, and a little for the change of the last tick.
         let largest = 2.5 * libm::fabs(change) / lowest;

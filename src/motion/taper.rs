@@ -1,5 +1,5 @@
-//! How an excitation fades in and out: its amplitude follows the minimum-jerk polynomial, whose first and second
-//! derivatives vanish at both ends, so that neither velocity nor acceleration jumps.
+//! How an excitation fades in and out: its amplitude follows the minimum-jerk polynomial, whose first and
+//! second derivatives vanish at both ends, so that neither velocity nor acceleration jumps.
 
 use super::fine::upper_product;
 use super::quintic::smooth_step;

@@ -10,8 +10,8 @@ pub struct DacCode(pub u16);
 impl DacCode {
     /// The middle of the output range, which stands for zero before any calibration.
     pub const MIDDLE: Self = Self(2048);
-    /// The ends of what the converter's output buffer promises to reach: 0.2 V from either supply (datasheet of the
-    /// STM32F405, DAC characteristics), with the usual reference of 3.3 V.
+    /// The ends of what the converter's output buffer promises to reach: 0.2 V from either supply (datasheet
+    /// of the STM32F405, DAC characteristics), with the usual reference of 3.3 V.
     pub const LOWEST: Self = Self(249);
     /// See [`Self::LOWEST`].
     pub const HIGHEST: Self = Self(3847);
@@ -38,7 +38,8 @@ pub enum AnalogQuantity {
 pub struct AnalogCalibration {
     /// What the voltage means.
     pub quantity: AnalogQuantity,
-    /// The position at the end of the output range, ±1.45 V from its middle, in mm; used for [`AnalogQuantity::Position`].
+    /// The position at the end of the output range, ±1.45 V from its middle, in mm; used for
+    /// [`AnalogQuantity::Position`].
     pub full_scale_mm: f64,
     /// The velocity at the end of the output range, in mm/s; used for [`AnalogQuantity::Velocity`].
     pub full_scale_mm_s: f64,
@@ -92,8 +93,8 @@ pub struct Target {
     pub drive_enabled: bool,
 }
 
-/// What the codes of a velocity still owe, in codes, Q40: a code too coarse in one tick is made up in the next, so that their
-/// sum is the distance.
+/// What the codes of a velocity still owe, in codes, Q40: a code too coarse in one tick is made up in the
+/// next, so that their sum is the distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Owed(i64);
 
@@ -176,14 +177,15 @@ impl AnalogOutput {
         // Within 2⁶² by the limit.
         let wanted = ((velocity * self.gain) >> VelocityQ8::FRACTION_BITS) + self.zero + owed.0;
         let found = within_range((wanted >> FRACTION_BITS) as i32);
-        // Half a code is in `zero`. What does not fit into the range is lost: it would come out as a speed that nobody asked for.
+        // Half a code is in `zero`. What does not fit into the range is lost: it would come out as a speed
+        // that nobody asked for.
         let left = wanted - (i64::from(found.code.0) << FRACTION_BITS) - HALF;
         *owed = Owed(left.clamp(-HALF, HALF));
         found
     }
 
-    /// The code to put out when nothing may move any more and the setpoint is not known: zero velocity, or `None`
-    /// where the output is a position and is best left as it is.
+    /// The code to put out when nothing may move any more and the setpoint is not known: zero velocity, or
+    /// `None` where the output is a position and is best left as it is.
     pub fn standstill(&self) -> Option<DacCode> {
         match self.quantity {
             AnalogQuantity::Position => None,

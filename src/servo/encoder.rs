@@ -19,8 +19,8 @@ impl EncoderScale {
     /// Counts per millimetre that are understood, either direction.
     pub const RANGE_PER_MM: (f64, f64) = (1.0, 100_000.0);
 
-    /// `counts_per_mm` edges of the quadrature signal per millimetre, negative where the encoder counts the other way;
-    /// `None` for zero, which is no encoder. A window of zero is no check.
+    /// `counts_per_mm` edges of the quadrature signal per millimetre, negative where the encoder counts the
+    /// other way; `None` for zero, which is no encoder. A window of zero is no check.
     pub fn new(counts_per_mm: f64, window_mm: f64) -> Option<Self> {
         let (least, most) = Self::RANGE_PER_MM;
         let size = libm::fabs(counts_per_mm);
@@ -53,8 +53,8 @@ impl Encoder {
         Self { scale, counter, counts: 0, reference: position }
     }
 
-    /// Takes the counter as it stands now. Between two calls the machine moves by less than 2¹⁵ counts, which at the
-    /// slowest tick is 6.5 million counts per second.
+    /// Takes the counter as it stands now. Between two calls the machine moves by less than 2¹⁵ counts, which
+    /// at the slowest tick is 6.5 million counts per second.
     #[inline]
     pub fn update(&mut self, counter: u16) -> Nanometres {
         let moved = counter.wrapping_sub(self.counter) as i16;

@@ -1,5 +1,5 @@
-//! The position loop around a drive that takes a velocity: the setpoint's own velocity goes out, and on top of it a share of
-//! the distance between setpoint and encoder, within a limit.
+//! The position loop around a drive that takes a velocity: the setpoint's own velocity goes out, and on top
+//! of it a share of the distance between setpoint and encoder, within a limit.
 
 use crate::units::{Nanometres, TickRate};
 
@@ -41,8 +41,8 @@ pub struct PositionLoop {
 const SHARE_BITS: u32 = 30;
 
 impl PositionLoop {
-    /// Makes gains ready for a tick rate. More than half of the distance in a tick would not be stable with any drive, so
-    /// that is where the gain ends.
+    /// Makes gains ready for a tick rate. More than half of the distance in a tick would not be stable with
+    /// any drive, so that is where the gain ends.
     pub fn new(gains: &LoopGains, tick_rate: TickRate) -> Self {
         let share = (gains.gain_per_s * tick_rate.period_s()).clamp(0.0, 0.5);
         let limit_nm = gains.limit_mm_s * 1.0e6 * tick_rate.period_s();

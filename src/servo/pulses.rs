@@ -1,8 +1,8 @@
 //! Step pulses: whole steps whose sum follows the setpoint to half a step.
 //!
-//! Each tick puts out the difference between the steps that the setpoint stands for and those already made, at most
-//! [`PulseScale::max_steps`]. Nothing is ever lost: what does not fit into a tick is made in the next ones. A velocity
-//! below [`PulseScale::max_velocity_mm_s`] never has to wait.
+//! Each tick puts out the difference between the steps that the setpoint stands for and those already made,
+//! at most [`PulseScale::max_steps`]. Nothing is ever lost: what does not fit into a tick is made in the next
+//! ones. A velocity below [`PulseScale::max_velocity_mm_s`] never has to wait.
 
 use super::train::PulseConfiguration;
 use crate::machine::TIMER_CLOCK_HZ;
@@ -13,7 +13,8 @@ use crate::units::{Nanometres, TickRate};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PulseTiming {
-    /// The least length of a pulse and of the pause between two, in µs; of quadrature, the least distance of two edges.
+    /// The least length of a pulse and of the pause between two, in µs; of quadrature, the least distance of
+    /// two edges.
     pub width_us: f64,
     /// The least time from a change of the direction to the first step, in µs.
     pub setup_us: f64,
@@ -35,7 +36,8 @@ impl Default for PulseTiming {
     }
 }
 
-/// The most steps in one tick, whatever the rate: what the timer's repetition counter holds, with room to spare.
+/// The most steps in one tick, whatever the rate: what the timer's repetition counter holds, with room to
+/// spare.
 pub const MAX_STEPS_PER_TICK: u16 = 240;
 
 /// How steps relate to nanometres at one tick rate.
@@ -56,8 +58,8 @@ impl PulseScale {
     /// The most steps per millimetre, either direction.
     pub const MAX_STEPS_PER_MM: f64 = 10_000.0;
 
-    /// `steps_per_mm` steps per millimetre, negative for the other direction, up to ± [`Self::MAX_STEPS_PER_MM`]. Below
-    /// 0.1 the scale is coarser than a hundredth of a step per metre.
+    /// `steps_per_mm` steps per millimetre, negative for the other direction, up to ±
+    /// [`Self::MAX_STEPS_PER_MM`]. Below 0.1 the scale is coarser than a hundredth of a step per metre.
     pub fn new(kind: PulseKind, steps_per_mm: f64, pulses: &PulseTiming, tick_rate: TickRate) -> Self {
         let limited = steps_per_mm.clamp(-Self::MAX_STEPS_PER_MM, Self::MAX_STEPS_PER_MM);
         let steps_per_nm = libm::round(libm::scalbn(limited / 1.0e6, FRACTION_BITS as i32)) as i64;
@@ -154,7 +156,8 @@ impl Pulses {
         self.scale.configuration
     }
 
-    /// The steps of the tick that puts out `setpoint`; none while the output still is `busy` with earlier ones.
+    /// The steps of the tick that puts out `setpoint`; none while the output still is `busy` with earlier
+    /// ones.
     #[inline]
     pub fn step(&mut self, setpoint: Nanometres, busy: bool) -> StepTrain {
         let wanted = self.scale.steps(setpoint) - self.made;
@@ -226,8 +229,8 @@ impl TrainTiming {
         f64::from(counts) * f64::from(self.prescaler + 1) / (f64::from(PULSE_TIMER_CLOCK_HZ) * 1e-6)
     }
 
-    /// The most steps of a train whose edges are as far apart as `pulses` asks for, evenly spread over most of the tick, so
-    /// that each train ends before the next begins.
+    /// The most steps of a train whose edges are as far apart as `pulses` asks for, evenly spread over most
+    /// of the tick, so that each train ends before the next begins.
     fn max_steps(&self, pulses: &PulseTiming) -> u16 {
         let train_us = self.microseconds(self.counts);
         let mut steps = ((train_us / (2.0 * pulses.width_us)) as u16).clamp(1, MAX_STEPS_PER_TICK);
@@ -238,8 +241,8 @@ impl TrainTiming {
         steps
     }
 
-    /// Counts per step of a train of `steps`, from 1 to [`MAX_STEPS_PER_TICK`]. All of them together are within the share;
-    /// zero for another number of steps.
+    /// Counts per step of a train of `steps`, from 1 to [`MAX_STEPS_PER_TICK`]. All of them together are
+    /// within the share; zero for another number of steps.
     #[inline]
     pub fn period(&self, steps: u16) -> u16 {
         let reciprocal = RECIPROCALS.get(usize::from(steps)).copied().unwrap_or(0);

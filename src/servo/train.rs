@@ -1,13 +1,13 @@
 //! How a timer with a repetition counter makes a train of steps: the numbers that go into its registers.
 //!
-//! As step and direction the first channel has a pulse per period, in the period's second half. As quadrature both channels
-//! toggle once per period, a half of it apart; which comes first is the direction. Both have toggled equally often at
-//! the end of a train, so a whole train leaves A and B equal, as it found them.
+//! As step and direction the first channel has a pulse per period, in the period's second half. As quadrature
+//! both channels toggle once per period, a half of it apart; which comes first is the direction. Both have
+//! toggled equally often at the end of a train, so a whole train leaves A and B equal, as it found them.
 
 use crate::settings::PulseKind;
 
-/// What has to be set up in the hardware before trains can be made, as one number that hardware and tick compare; zero
-/// without step pulses.
+/// What has to be set up in the hardware before trains can be made, as one number that hardware and tick
+/// compare; zero without step pulses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PulseConfiguration(pub u32);
 

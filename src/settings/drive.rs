@@ -75,7 +75,8 @@ impl DriveSettings {
         AnalogOutput::new(&self.analog, &self.position_loop, tick_rate)
     }
 
-    /// The fastest setpoint that an analog velocity can tell, in mm/s; `None` where the output tells a position.
+    /// The fastest setpoint that an analog velocity can tell, in mm/s; `None` where the output tells a
+    /// position.
     pub fn analog_velocity_mm_s(&self) -> Option<f64> {
         self.analog.max_velocity_mm_s()
     }
@@ -152,7 +153,8 @@ impl DriveSettings {
         self.reactions
     }
 
-    /// Whether going from `self` to `other` changes the scale, kind or polarity of something that is put out or read in.
+    /// Whether going from `self` to `other` changes the scale, kind or polarity of something that is put out
+    /// or read in.
     pub fn rescales(&self, other: &Self) -> bool {
         let scales = |drive: &Self| {
             let Self { analog, position_loop, pulse_kind, pulses, pulse_timing, encoder, emergency, .. } =

@@ -1,28 +1,28 @@
 //! Makes an erase whole: one that a power cut interrupted is done again before anything is read.
 //!
-//! An interrupted erase leaves bits that are neither old nor blank, and a page that looks blank, or like one that
-//! holds the newest values, must not be taken for it. So the intention is written down first, in the *other*
-//! sector, and crossed out afterwards:
+//! An interrupted erase leaves bits that are neither old nor blank, and a page that looks blank, or like one
+//! that holds the newest values, must not be taken for it. So the intention is written down first, in
+//! the *other* sector, and crossed out afterwards:
 //!
 //! ```text
 //! sector 0: | page 0 ................... | journal of the erases of sector 1 |
 //! sector 1: | page 1 ................... | journal of the erases of sector 0 |
 //! ```
 //!
-//! A journal is a row of slots, blank at first: a sequence number, its complement, and a word that is programmed when the
-//! erase is over. Of both journals only the highest number counts, and it is in the sector that is *not* being
-//! erased: what is left of an older journal in a half erased sector has lower numbers. A number torn by a
-//! power cut does not match its complement, and then the erase had not begun; a torn last word counts, since by
-//! then the sector was blank.
+//! A journal is a row of slots, blank at first: a sequence number, its complement, and a word that is
+//! programmed when the erase is over. Of both journals only the highest number counts, and it is in the
+//! sector that is *not* being erased: what is left of an older journal in a half erased sector has lower
+//! numbers. A number torn by a power cut does not match its complement, and then the erase had not begun; a
+//! torn last word counts, since by then the sector was blank.
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// Bytes at the end of each sector for the journal: 32 slots, of which a power cut between two erases of the sector uses
-/// at most two. Without a free slot an erase goes ahead without the journal's protection.
+/// Bytes at the end of each sector for the journal: 32 slots, of which a power cut between two erases of the
+/// sector uses at most two. Without a free slot an erase goes ahead without the journal's protection.
 pub const JOURNAL_BYTES: usize = 512;
 
-/// The largest page, though a sector may be larger. Moving a full page's values to the other page takes time that grows
-/// with the square of its records, 400 at this size.
+/// The largest page, though a sector may be larger. Moving a full page's values to the other page takes time
+/// that grows with the square of its records, 400 at this size.
 pub const MAX_PAGE_BYTES: usize = 8192;
 
 /// The journal's word; what the flash writes at once may be shorter.

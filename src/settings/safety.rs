@@ -122,7 +122,8 @@ impl SafetySettings {
         self.emergency_stop == Reaction::Category0
     }
 
-    /// The times in ticks. A braked stop is given a quarter more than the limits need, and never more than its setting.
+    /// The times in ticks. A braked stop is given a quarter more than the limits need, and never more than
+    /// its setting.
     pub fn times(&self, limits: &MoveLimits, tick_rate: TickRate) -> Times {
         let ticks = |ms: f64| libm::ceil(ms * 1e-3 * tick_rate.hz()) as u32;
         let needed_ms = 1e3 * limits.velocity_mm_s / limits.acceleration_mm_s2;

@@ -1,7 +1,7 @@
 //! The seal over all records: written last, it says which records there are and what is in them.
 //!
-//! A record has a CRC of its own, and the store passes over one that is damaged as if it had never been written. The seal is how
-//! that is noticed, and named.
+//! A record has a CRC of its own, and the store passes over one that is damaged as if it had never been
+//! written. The seal is how that is noticed, and named.
 //!
 //! | bytes | meaning |
 //! |---|---|

@@ -1,8 +1,8 @@
 //! Settings that survive a reset: one record per setting in two sectors of flash.
 //!
 //! Records are appended, the newest of a setting counts. When a page is full, the newest records move to the
-//! other one and the page is erased. A power cut at any moment leaves each setting at its old or at its new value.
-//! What was never saved has no record and follows the firmware's defaults.
+//! other one and the page is erased. A power cut at any moment leaves each setting at its old or at its new
+//! value. What was never saved has no record and follows the firmware's defaults.
 
 use embedded_storage_async::nor_flash::NorFlash;
 use sequential_storage::Error;
@@ -213,8 +213,8 @@ impl<F: NorFlash> SettingsStore<F> {
         Self { map, buffer: [0; BUFFER] }
     }
 
-    /// Reads all settings. Writes only where a power cut interrupted the erase of a page or the move to the other page:
-    /// that is completed first.
+    /// Reads all settings. Writes only where a power cut interrupted the erase of a page or the move to the
+    /// other page: that is completed first.
     ///
     /// # Errors
     /// [`StoreError`]; the flash is as it was or better.
@@ -243,9 +243,10 @@ impl<F: NorFlash> SettingsStore<F> {
         Ok(())
     }
 
-    /// Stores what differs from what is stored, then the seal over all of it, reads it back, and returns what is stored then with the number of
-    /// records written. Without a `table` the stored one stays. A region that cannot be read, is filled by something else, or does not keep what is
-    /// written is erased once and written anew.
+    /// Stores what differs from what is stored, then the seal over all of it, reads it back, and returns what
+    /// is stored then with the number of records written. Without a `table` the stored one stays. A region
+    /// that cannot be read, is filled by something else, or does not keep what is written is erased once and
+    /// written anew.
     ///
     /// # Errors
     /// [`StoreError`]; some settings may have been stored, each wholly or not at all.

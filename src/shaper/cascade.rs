@@ -1,19 +1,20 @@
 //! The running shaper: all past samples in one ring, taps read in groups of neighbours.
 //!
-//! Samples are `i32` nanometres, weights Q30, sums `i64`. Absolute weights sum to at most 4·2³⁰ and samples are within
-//! 2·10⁹ nm of the origin, so a sum stays below 2⁶³ however many taps there are. Because a stage's weights sum to one
-//! exactly, a constant input comes out unchanged, to the nanometre; anything else is rounded to the nearest nanometre
-//! once per stage.
+//! Samples are `i32` nanometres, weights Q30, sums `i64`. Absolute weights sum to at most 4·2³⁰ and samples
+//! are within 2·10⁹ nm of the origin, so a sum stays below 2⁶³ however many taps there are. Because a stage's
+//! weights sum to one exactly, a constant input comes out unchanged, to the nanometre; anything else is
+//! rounded to the nearest nanometre once per stage.
 //!
-//! **One ring.** Seen from the newest sample backwards, the ring holds the past of the first stage, then that of the second,
-//! and so on. Every tick moves the whole ring by one, so that the place for a stage's newest sample is the one that the
-//! oldest of the stage before has just left. One index serves all stages.
+//! **One ring.** Seen from the newest sample backwards, the ring holds the past of the first stage, then that
+//! of the second, and so on. Every tick moves the whole ring by one, so that the place for a stage's newest
+//! sample is the one that the oldest of the stage before has just left. One index serves all stages.
 //!
-//! **Blocks.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse. They are stored
-//! as groups of [`WIDTH`] weights with one delay, missing taps having the weight zero. Past its end the ring repeats its
-//! first samples, so that no group is cut in two: one comparison per group finds the wrap and bounds the access. What begins
-//! a stage is a block of the same form whose delay is no delay, so that it is found by the comparison that
-//! fails. So are two taps that have no neighbours: as groups they would cost what eight taps do.
+//! **Blocks.** The taps of a designed stage come in runs of neighbouring ticks, one run for every impulse.
+//! They are stored as groups of [`WIDTH`] weights with one delay, missing taps having the weight zero. Past
+//! its end the ring repeats its first samples, so that no group is cut in two: one comparison per group finds
+//! the wrap and bounds the access. What begins a stage is a block of the same form whose delay is no delay,
+//! so that it is found by the comparison that fails. So are two taps that have no neighbours: as groups they
+//! would cost what eight taps do.
 //!
 //! ```text
 //! words: | stage | group | group | ... | stage | pair | ... | ring: samples in order of time, wrapping | its first WIDTH again |
@@ -22,8 +23,8 @@
 //! stage: | weight of its newest sample | 0 | 0 | 0 | delay of its newest sample + STAGE |
 //! ```
 //!
-//! Delays are those seen from the newest sample of the first stage, so they increase from block to block, and the ring is
-//! wrapped once per tick at most.
+//! Delays are those seen from the newest sample of the first stage, so they increase from block to block, and
+//! the ring is wrapped once per tick at most.
 
 use core::hint::cold_path;
 
@@ -35,8 +36,8 @@ const WEIGHT_BITS: u32 = WEIGHT_ONE.trailing_zeros();
 
 /// A table together with the memory it runs in.
 ///
-/// Places in the memory have 16 bits, from which the compiler sees that sums of them do not overflow: it then checks
-/// one bound where it would check three.
+/// Places in the memory have 16 bits, from which the compiler sees that sums of them do not overflow: it then
+/// checks one bound where it would check three.
 #[derive(Debug)]
 pub struct Cascade<'m> {
     memory: &'m mut [i32],
@@ -77,8 +78,8 @@ impl<'m> Cascade<'m> {
     /// the history: it is not for the interrupt.
     ///
     /// # Errors
-    /// [`HistoryTooShort`] returns the memory when [`ShaperTable::history_samples`] do not fit into it; of a memory
-    /// only the first 65 535 words are used.
+    /// [`HistoryTooShort`] returns the memory when [`ShaperTable::history_samples`] do not fit into it; of a
+    /// memory only the first 65 535 words are used.
     pub fn new(table: &ShaperTable, history: &'m mut [i32]) -> Result<Self, HistoryTooShort<'m>> {
         Self::with_lag(table, 0, history)
     }
@@ -144,8 +145,8 @@ impl<'m> Cascade<'m> {
         self.duration_ticks
     }
 
-    /// From now on the table looks no further back than it does at rest. Nothing moves if the input has been constant for
-    /// [`Self::duration_ticks`], for then all of the ring is that constant.
+    /// From now on the table looks no further back than it does at rest. Nothing moves if the input has been
+    /// constant for [`Self::duration_ticks`], for then all of the ring is that constant.
     pub fn end_lag(&mut self) {
         if self.lag_ticks == 0 {
             return;
@@ -161,7 +162,8 @@ impl<'m> Cascade<'m> {
         }
     }
 
-    /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can, ends there.
+    /// Shapes one sample, in nanometres. What leaves the range of an `i32`, which only negative weights can,
+    /// ends there.
     #[inline]
     pub fn step(&mut self, input_nm: i32) -> i32 {
         if self.pairs { self.step_paired(input_nm) } else { self.step_grouped(input_nm) }
@@ -221,7 +223,8 @@ impl<'m> Cascade<'m> {
 struct Running<'r> {
     ring: &'r mut [i32],
     samples: usize,
-    /// Where the first stage's newest sample is, or that and `samples` once the delays have passed the ring's start.
+    /// Where the first stage's newest sample is, or that and `samples` once the delays have passed the ring's
+    /// start.
     newest: usize,
     sum: i64,
 }

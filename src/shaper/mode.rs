@@ -120,8 +120,8 @@ impl Mode {
     /// The lowest frequency that any tick rate and any memory could shape, in hertz.
     pub const MIN_FREQUENCY_HZ: f64 = 0.01;
 
-    /// The largest damping ratio. Past it a mode has died away by a factor of 650 after half a period, and there is
-    /// nothing to shape.
+    /// The largest damping ratio. Past it a mode has died away by a factor of 650 after half a period, and
+    /// there is nothing to shape.
     pub const MAX_DAMPING_RATIO: f64 = 0.9;
 
     /// A mode with undamped natural frequency `frequency_hz` and `damping_ratio` from zero to

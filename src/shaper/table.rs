@@ -1,4 +1,5 @@
-//! A whole shaper, ready to run: the stages of all modes for one tick rate, or one sparse flat stage for all of them.
+//! A whole shaper, ready to run: the stages of all modes for one tick rate, or one sparse flat stage for all
+//! of them.
 
 use core::fmt;
 
@@ -11,12 +12,14 @@ use super::mode::{Mode, ModeError};
 use super::stage::{MAX_TAPS, Stage, StageTaps, Tap, WEIGHT_ONE};
 use crate::units::TickRate;
 
-/// The most taps of all stages of a table together: four modes of the longest type, or a flat stage of as many.
+/// The most taps of all stages of a table together: four modes of the longest type, or a flat stage of as
+/// many.
 pub const MAX_TABLE_TAPS: usize = 64;
 const _: () = assert!(MAX_TABLE_TAPS >= MAX_MODES * MAX_TAPS);
 
-/// The largest sum of the absolute weights, in units of [`WEIGHT_ONE`]: how much larger than the command's span that of
-/// the setpoint may become. Unit-magnitude shapers have 3. The filter's sums need it to stay below 2⁶³.
+/// The largest sum of the absolute weights, in units of [`WEIGHT_ONE`]: how much larger than the command's
+/// span that of the setpoint may become. Unit-magnitude shapers have 3. The filter's sums need it to stay
+/// below 2⁶³.
 pub const MAX_ABSOLUTE_SUM: i64 = 4;
 
 /// The stages of a shaper in the order in which the cascade runs them.
@@ -149,9 +152,9 @@ impl ShaperTable {
         Ok(table)
     }
 
-    /// A table of taps that somebody else designed: one stage per mode, or a flat one with all taps of the shaper.
-    /// Weights may be negative if there is one stage only; then the setpoint may leave the span of the command, by
-    /// at most half of (sum of absolute weights − 1) of it on either side.
+    /// A table of taps that somebody else designed: one stage per mode, or a flat one with all taps of the
+    /// shaper. Weights may be negative if there is one stage only; then the setpoint may leave the span of
+    /// the command, by at most half of (sum of absolute weights − 1) of it on either side.
     ///
     /// # Errors
     /// [`TapsError`] says which tap is wrong, and how.
@@ -213,8 +216,9 @@ impl ShaperTable {
         Cascade::words(self)
     }
 
-    /// A bound of the sum of the magnitudes of the whole shaper's taps: the product of the stages' sums. It is one where no tap
-    /// is negative, and bounds how much larger than the command's the setpoint's derivatives can be.
+    /// A bound of the sum of the magnitudes of the whole shaper's taps: the product of the stages' sums. It
+    /// is one where no tap is negative, and bounds how much larger than the command's the setpoint's
+    /// derivatives can be.
     pub fn absolute_gain(&self) -> f64 {
         self.stages().fold(1.0, |gain, stage| {
             let sum: u64 = stage.taps().iter().map(|tap| u64::from(tap.weight.unsigned_abs())).sum();
@@ -222,8 +226,8 @@ impl ShaperTable {
         })
     }
 
-    /// The table as bytes, in 32-bit little-endian words: for each stage the number of taps, then each tap's delay
-    /// in ticks and its Q30 weight. [`super::wire`] reads them.
+    /// The table as bytes, in 32-bit little-endian words: for each stage the number of taps, then each tap's
+    /// delay in ticks and its Q30 weight. [`super::wire`] reads them.
     pub fn words(&self) -> impl Iterator<Item = [u8; 4]> + '_ {
         self.stages().flat_map(|stage| {
             let count = (stage.taps().len() as u32).to_le_bytes();

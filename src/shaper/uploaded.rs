@@ -49,7 +49,8 @@ impl UploadedTable {
     }
 }
 
-/// CRC-32 (ISO-HDLC, the one of zip and Ethernet): of tables, of the frames they come in, of lines and samples.
+/// CRC-32 (ISO-HDLC, the one of zip and Ethernet): of tables, of the frames they come in, of lines and
+/// samples.
 pub fn crc32(bytes: &[u8]) -> u32 {
     Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(bytes)
 }

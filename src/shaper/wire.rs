@@ -1,6 +1,7 @@
 //! A table as bytes, the way it is uploaded, stored and summed up in its CRC.
 //!
-//! 32-bit little-endian words: for each stage the number of taps, then each tap's delay in ticks and its Q30 weight.
+//! 32-bit little-endian words: for each stage the number of taps, then each tap's delay in ticks and its Q30
+//! weight.
 
 use heapless::Vec;
 

@@ -20,8 +20,8 @@ impl Gearing {
     /// The most that one count may be: a millimetre.
     pub const MOST_NM_PER_COUNT: u32 = 1_000_000;
 
-    /// `nanometres` for `counts`; negative for the other direction. `None` where a number is zero or too large, or one count would be
-    /// more than [`Self::MOST_NM_PER_COUNT`].
+    /// `nanometres` for `counts`; negative for the other direction. `None` where a number is zero or too
+    /// large, or one count would be more than [`Self::MOST_NM_PER_COUNT`].
     pub fn new(nanometres: i32, counts: u32) -> Option<Self> {
         let most = Self::MOST.unsigned_abs();
         let size = nanometres.unsigned_abs();

@@ -1,8 +1,9 @@
 //! Samples in binary frames, for programs: several in one, with their sequence number and a CRC-32.
 //!
-//! A frame travels between two zero bytes, encoded with COBS so that there is none in it (Cheshire and Baker, IEEE/ACM Trans.
-//! Networking 7, 1999). Its second byte decoded is zero, which makes [`FIRST_BYTE`] the first byte encoded. Text has neither
-//! zeros nor that byte, so the two are told apart at once and after any loss. Decoded, little-endian:
+//! A frame travels between two zero bytes, encoded with COBS so that there is none in it (Cheshire and Baker,
+//! IEEE/ACM Trans. Networking 7, 1999). Its second byte decoded is zero, which makes [`FIRST_BYTE`] the first
+//! byte encoded. Text has neither zeros nor that byte, so the two are told apart at once and after any loss.
+//! Decoded, little-endian:
 //!
 //! | bytes | meaning |
 //! |---|---|
@@ -64,14 +65,15 @@ impl FrameWriter {
         Self { samples: Vec::new() }
     }
 
-    /// Takes a sample of a stream of one per `decimation` ticks. Returns a frame when it is full, when its first
-    /// sample should wait no longer, or when this sample does not follow the one before.
+    /// Takes a sample of a stream of one per `decimation` ticks. Returns a frame when it is full, when its
+    /// first sample should wait no longer, or when this sample does not follow the one before.
     pub fn push(&mut self, sample: Sample, decimation: u32) -> Option<Encoded> {
         let frame = if self.is_followed_by(&sample, decimation) { None } else { self.finish(decimation) };
         // There is room: full frames do not stay.
         let _fits = self.samples.push(sample);
         let waits = decimation.saturating_mul(self.samples.len() as u32) >= MAX_WAIT_TICKS;
-        // A sample that begins a frame after a gap may wait for the next; two frames at once cannot be returned.
+        // A sample that begins a frame after a gap may wait for the next; two frames at once cannot be
+        // returned.
         if frame.is_none() && (waits || self.samples.is_full()) { self.finish(decimation) } else { frame }
     }
 

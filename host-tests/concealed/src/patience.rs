@@ -10,8 +10,9 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(40);
 /// Clock ticks per second in `/proc`: 100 on every Linux that Rust's host targets run on.
 const TICKS_PER_S: f64 = 100.0;
-/// A tool that gets less than this share of a processor is ended as well: it may be waiting for something. Small, because a bench that
-/// steps back behind other work gets a hundredth and less, and that must change no mark.
+/// A tool that gets less than this share of a processor is ended as well: it may be waiting for something.
+/// Small, because a bench that steps back behind other work gets a hundredth and less, and that must change
+/// no mark.
 const LEAST_SHARE: f64 = 0.002;
 
 /// How a program ended.
@@ -57,7 +58,8 @@ pub(crate) fn wait(mut child: Child, limit_s: f64) -> io::Result<Finished> {
     }
 }
 
-/// Processor time of a program that runs or has not been waited for yet; `None` where the system does not tell.
+/// Processor time of a program that runs or has not been waited for yet; `None` where the system does not
+/// tell.
 fn processor_seconds(id: u32) -> Option<f64> {
     let text = fs::read_to_string(format!("/proc/{id}/stat")).ok()?;
     // After the name, which is in brackets and may hold anything, user and system time are the 12th and 13th.

@@ -36,10 +36,12 @@ struct Curve {
     class: &'static str,
 }
 
-/// Draws a case that the tool has answered, from its folder; `None` where something is missing or nothing was named.
+/// Draws a case that the tool has answered, from its folder; `None` where something is missing or nothing was
+/// named.
 ///
-/// Before and located: the training recording in which the tool saw most of the mismatch, recorded minus the lab's model and
-/// minus the fitted model without the law found. Named: the laws that it tried. After: the held-out recording `check`.
+/// Before and located: the training recording in which the tool saw most of the mismatch, recorded minus the
+/// lab's model and minus the fitted model without the law found. Named: the laws that it tried. After: the
+/// held-out recording `check`.
 pub fn picture(tool: &Path, folder: &Path, check: &str) -> Option<String> {
     let answer: Value = serde_json::from_str(&fs::read_to_string(folder.join(ANSWER)).ok()?).ok()?;
     let effect = answer["effects"].get(0)?;
@@ -104,8 +106,8 @@ impl Case<'_> {
     }
 }
 
-/// An input as CSV with [`FINER`] times as many samples, by cubics through its own: the simulation joins samples by straight lines, and
-/// the machine did not.
+/// An input as CSV with [`FINER`] times as many samples, by cubics through its own: the simulation joins
+/// samples by straight lines, and the machine did not.
 fn finely(time_s: &[f64], column: &str, input: &[f64]) -> String {
     let at = |k: usize| input.get(k).or(input.last()).copied().unwrap_or(0.0);
     // Derivatives per sample, of fourth order inside.

@@ -49,15 +49,18 @@ pub struct Refit {
     pub kind: Kind,
     /// Per run: root mean square of what is left, in units of the noise.
     pub left: Vec<f64>,
-    /// The same where the machine may begin from any state: what a spring that was let go at the first reading does is no sign of a law.
+    /// The same where the machine may begin from any state: what a spring that was let go at the first
+    /// reading does is no sign of a law.
     pub left_from_any_start: Vec<f64>,
 }
 
-/// Fits `nominal` to runs read at `rate_hz`; offsets of every reading are free. `None` if the model is impossible.
+/// Fits `nominal` to runs read at `rate_hz`; offsets of every reading are free. `None` if the model is
+/// impossible.
 pub fn refit(nominal: &Kind, runs: &[Observed], rate_hz: f64) -> Option<Refit> {
     let family = Family::new(nominal)?;
     let mut theta = vec![0.0; family.count()];
-    // A decay of many periods looks like nothing at a frequency that is wrong by one of them: its beginning tells the frequency first.
+    // A decay of many periods looks like nothing at a frequency that is wrong by one of them: its beginning
+    // tells the frequency first.
     let rings = runs.iter().any(|run| run.excitation.pulled_aside() != 0.0);
     for share in BEGINNINGS.into_iter().filter(|_| rings) {
         let begun: Vec<Observed> = runs.iter().map(|run| run.beginning(share)).collect();
@@ -405,7 +408,8 @@ mod tests {
         }
     }
 
-    /// A cable whose rest is aside jerks the body at the first reading; apart from that it is a stiffer spring.
+    /// A cable whose rest is aside jerks the body at the first reading; apart from that it is a stiffer
+    /// spring.
     #[test]
     fn a_cable_beside_a_spring_leaves_nothing_where_the_start_is_free() {
         let truth = Kind::Slide(SlideMachine {

@@ -44,7 +44,8 @@ pub struct Bench {
     pub limit_s: f64,
     /// Keep scores that are there.
     pub resume: bool,
-    /// After so many minutes no case is begun; scores that are there are still collected. 0: none is begun at all.
+    /// After so many minutes no case is begun; scores that are there are still collected. 0: none is begun at
+    /// all.
     pub minutes: Option<f64>,
     /// Only the cases of these kinds are run.
     pub kinds: Vec<Concealment>,
@@ -71,8 +72,8 @@ pub enum BenchError {
     },
 }
 
-/// Runs the bench; `progress` gets a line per case, scores come back in the order of their numbers. Cases that the time did not
-/// allow are left out.
+/// Runs the bench; `progress` gets a line per case, scores come back in the order of their numbers. Cases
+/// that the time did not allow are left out.
 ///
 /// # Errors
 /// [`BenchError`], the first one met; scores written before stay for `resume`.
@@ -143,7 +144,8 @@ fn line(score: &Score, done: usize, cases: usize, left_s: f64) -> String {
     )
 }
 
-/// Share of a case's processor time after which the tool is to begin no further search; the rest is for judging what it found.
+/// Share of a case's processor time after which the tool is to begin no further search; the rest is for
+/// judging what it found.
 const SEARCHING: f64 = 0.6;
 
 impl Bench {
@@ -260,8 +262,8 @@ impl Bench {
         })
     }
 
-    /// Root mean square between the extended model's free run and the noise-free truth, per column, means taken off;
-    /// `None` where the model could not be run.
+    /// Root mean square between the extended model's free run and the noise-free truth, per column, means
+    /// taken off; `None` where the model could not be run.
     fn free_run_errors(
         &self,
         folder: &Path,

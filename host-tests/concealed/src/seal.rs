@@ -72,8 +72,8 @@ impl Sealed {
 
 /// Seals a case's truth into `sealed`, writes the commitment into the case's folder, and returns it.
 ///
-/// The commitment is SHA-256 of salt, truth and noise-free recordings. The salt is drawn from the seed, so that whoever
-/// makes the cases again gets the same commitments.
+/// The commitment is SHA-256 of salt, truth and noise-free recordings. The salt is drawn from the seed, so
+/// that whoever makes the cases again gets the same commitments.
 ///
 /// # Errors
 /// [`SealError::File`].

@@ -1,4 +1,5 @@
-//! The truth simulator against closed forms: dry friction, energy, resonance, base motion, and convergence in step size.
+//! The truth simulator against closed forms: dry friction, energy, resonance, base motion, and convergence in
+//! step size.
 
 use std::f64::consts::{PI, TAU};
 
@@ -39,8 +40,8 @@ fn released(force: Force, place: f64, step_s: f64, duration_s: f64) -> Track {
     machine.run(at_rest_from(place), &|_| Jet::default(), step_s, count)
 }
 
-/// Dry friction takes 2F/k off every half period, each of them lasting exactly half a second, and lets the body rest once the
-/// spring is too weak.
+/// Dry friction takes 2F/k off every half period, each of them lasting exactly half a second, and lets the
+/// body rest once the spring is too weak.
 #[test]
 fn dry_friction_has_the_half_periods_of_its_closed_form() {
     let force = 3.0;
@@ -148,7 +149,8 @@ fn hysteresis_saturates_where_it_should() {
     let machine = Machine::new(&plant, vec![(0, Force::Hysteresis([k, beta, 0.0]))], 0.0).unwrap();
     let push = |t: f64| Jet::time(t).scaled(TAU * 0.05).sin().scaled(100.0);
     let track = machine.run(at_rest_from(0.0), &push, 1e-3, 40_000);
-    // At 5 and 15 s of the second round the push is at its extremes, the body at rest, and the element at ±k/beta = ±2 N.
+    // At 5 and 15 s of the second round the push is at its extremes, the body at rest, and the element at
+    // ±k/beta = ±2 N.
     for (index, side) in [(25_000, 1.0), (35_000, -1.0)] {
         let wanted = side * (100.0 - 2.0) / 1e4;
         assert!((track.positions[index][0] - wanted).abs() < 2e-6, "{}", track.positions[index][0]);
@@ -179,7 +181,8 @@ fn sweep(amplitude: f64, duration_s: f64) -> Excitation {
     Excitation { shape, amplitude, duration_s }
 }
 
-/// Without friction or damping momentum is conserved: the centre of mass of base and beam moves as a rigid body does.
+/// Without friction or damping momentum is conserved: the centre of mass of base and beam moves as a rigid
+/// body does.
 #[test]
 fn a_force_moves_the_centre_of_mass_as_newton_says() {
     let mut machine = beam(InputKind::Force);
@@ -200,7 +203,8 @@ fn a_force_moves_the_centre_of_mass_as_newton_says() {
     }
 }
 
-/// The same beam, its base prescribed as the freely moving base moved, does the same: two formulations, one answer.
+/// The same beam, its base prescribed as the freely moving base moved, does the same: two formulations, one
+/// answer.
 #[test]
 fn prescribed_and_free_base_agree() {
     let free = beam(InputKind::Force).plant().unwrap();

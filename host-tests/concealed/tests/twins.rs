@@ -1,5 +1,5 @@
-//! Machines whose readings are the same: no recording of them tells one law from the other, and the bench leaves none of the two out
-//! where a right name is asked for.
+//! Machines whose readings are the same: no recording of them tells one law from the other, and the bench
+//! leaves none of the two out where a right name is asked for.
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,7 @@
 //! Counts the instructions of the tick interrupt on the image in the emulator, and prints them as TOML.
 //!
-//! `tick_cost IMAGE` measures everything; `tick_cost IMAGE --gate` only the cases that `cargo xtask test` watches.
+//! `tick_cost IMAGE` measures everything; `tick_cost IMAGE --gate` only the cases that `cargo xtask test`
+//! watches.
 
 mod cases;
 mod measuring;

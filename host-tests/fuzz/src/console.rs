@@ -6,8 +6,8 @@ use stillbeam_firmware::control::Inputs;
 use stillbeam_firmware::real_time::RealTimeByte;
 use stillbeam_host_tests::bench::Bench;
 
-/// Bytes from here on let time pass instead of being sent; they are neither text nor editing keys: one tick after a missed one,
-/// one with the emergency input active, and for 0xff many.
+/// Bytes from here on let time pass instead of being sent; they are neither text nor editing keys: one tick
+/// after a missed one, one with the emergency input active, and for 0xff many.
 const MISSED: u8 = 0xfd;
 const EMERGENCY: u8 = 0xfe;
 const TICKS_AT_ONCE: usize = 40;

@@ -1,7 +1,8 @@
-//! Everything that reads bytes from outside, as functions that must survive any bytes, and that check what they promise.
+//! Everything that reads bytes from outside, as functions that must survive any bytes, and that check what
+//! they promise.
 //!
-//! `cargo xtask fuzz` lets libFuzzer look for inputs that they do not survive; the tests replay the kept inputs and
-//! seeded changes of them without it.
+//! `cargo xtask fuzz` lets libFuzzer look for inputs that they do not survive; the tests replay the kept
+//! inputs and seeded changes of them without it.
 
 mod console;
 mod frames;

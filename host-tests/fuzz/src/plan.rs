@@ -1,4 +1,5 @@
-//! Any bytes as a plan: what is accepted ends at rest where it says, within what it says, also after its way through the console.
+//! Any bytes as a plan: what is accepted ends at rest where it says, within what it says, also after its way
+//! through the console.
 
 use stillbeam_firmware::console::upload::MAX_FRAME_BYTES;
 use stillbeam_firmware::motion::{PlanOutline, PlayedPlan};

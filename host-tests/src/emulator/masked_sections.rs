@@ -1,8 +1,8 @@
-//! How long interrupts stay masked: every section between `cpsid i` and the `cpsie i` or `msr primask` that ends it, counted
-//! instruction by instruction on the unmodified image.
+//! How long interrupts stay masked: every section between `cpsid i` and the `cpsie i` or `msr primask` that
+//! ends it, counted instruction by instruction on the unmodified image.
 //!
-//! What is counted is what ran: a bound for the paths taken, not for all there are. A section inside a section does not end
-//! the outer one, because it leaves interrupts as it found them.
+//! What is counted is what ran: a bound for the paths taken, not for all there are. A section inside a
+//! section does not end the outer one, because it leaves interrupts as it found them.
 
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
@@ -64,7 +64,8 @@ impl MaskingSites {
         Ok(Self { addresses })
     }
 
-    /// Counts the sections that run in the next `duration` of wall-clock time. The CPU is stopped before and after.
+    /// Counts the sections that run in the next `duration` of wall-clock time. The CPU is stopped before and
+    /// after.
     ///
     /// # Errors
     ///

@@ -11,8 +11,8 @@ use super::error::EmulatorError;
 pub struct PanicSite {
     /// The first of the instructions that name the place and call the panic.
     pub address: u32,
-    /// Where in memory the place is: `core::panic::Location`, of which the first three words are the address and
-    /// length of the file's name and the line.
+    /// Where in memory the place is: `core::panic::Location`, of which the first three words are the address
+    /// and length of the file's name and the line.
     pub location: u32,
 }
 

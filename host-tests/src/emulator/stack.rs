@@ -1,4 +1,5 @@
-//! How deep the stack has been: it is filled with a pattern before the image starts, and looked at afterwards.
+//! How deep the stack has been: it is filled with a pattern before the image starts, and looked at
+//! afterwards.
 
 use std::io::{Read, Write};
 use std::path::Path;

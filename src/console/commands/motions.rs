@@ -15,8 +15,8 @@ use crate::motion::{
 use crate::units::Nanometres;
 
 impl<'m> Console<'m> {
-    /// Plans a motion within all limits and hands it to the interrupt, or refuses and changes nothing. A multisine's table is
-    /// drawn first, which [`Console::work`] does.
+    /// Plans a motion within all limits and hands it to the interrupt, or refuses and changes nothing. A
+    /// multisine's table is drawn first, which [`Console::work`] does.
     pub(super) fn start(
         &mut self,
         spec: &MotionSpec,

@@ -14,7 +14,8 @@ use crate::motion::{
 };
 
 impl<'m> Console<'m> {
-    /// Begins to look at the plan that has come, which [`Console::work`] goes on with. Not while the one before is played.
+    /// Begins to look at the plan that has come, which [`Console::work`] goes on with. Not while the one
+    /// before is played.
     pub(super) fn commit_plan(&mut self) -> Result<(), CommandError<'static>> {
         self.reclaim();
         if self.plan_memory.is_none() {
@@ -101,7 +102,8 @@ impl<'m> Console<'m> {
         }
     }
 
-    /// Plays the plan whose stops have been looked at, if they stay within the travel and nothing has happened in the meantime.
+    /// Plays the plan whose stops have been looked at, if they stay within the travel and nothing has
+    /// happened in the meantime.
     pub(in crate::console) fn finish_play(
         &mut self,
         survey: &StopSurvey,

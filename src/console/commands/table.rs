@@ -12,8 +12,8 @@ use crate::decimal::Decimal;
 use crate::shaper::UploadedTable;
 
 impl Console<'_> {
-    /// Uses the table as `apply` would use one of the settings. A refusal leaves what runs and what was uploaded
-    /// before as they were.
+    /// Uses the table as `apply` would use one of the settings. A refusal leaves what runs and what was
+    /// uploaded before as they were.
     pub(super) fn commit_table(&mut self, out: &mut dyn Write) -> Result<(), CommandError<'static>> {
         let table = finish_upload(&mut self.upload, UploadKind::Table, self.arriving, |tick_rate, bytes| {
             UploadedTable::new(tick_rate, bytes).map_err(UploadError::Taps)

@@ -7,8 +7,8 @@ use stillbeam_plant::{
 
 use crate::extended_move::simulate_extended;
 
-/// How long the setpoint is held after the move, in periods of the slowest mode: at a damping ratio of 0.005 an
-/// undisturbed vibration has fallen to 2 % by then.
+/// How long the setpoint is held after the move, in periods of the slowest mode: at a damping ratio of 0.005
+/// an undisturbed vibration has fallen to 2 % by then.
 const HOLD_PERIODS: f64 = 125.0;
 
 /// Ticks for which the setpoint is held after a move.
@@ -29,7 +29,8 @@ pub struct BaseMove {
     pub tip_position_m: Vec<f64>,
     /// Settling time and overshoot.
     pub metrics: MoveMetrics,
-    /// What is left to vibrate when the setpoint has come to rest; for a model with left-out physics the peak only.
+    /// What is left to vibrate when the setpoint has come to rest; for a model with left-out physics the peak
+    /// only.
     pub residual: ResidualVibration,
 }
 

@@ -1,4 +1,5 @@
-//! A streamed motion as a recording: the columns of what the board sends, and what the side file says of the stream.
+//! A streamed motion as a recording: the columns of what the board sends, and what the side file says of the
+//! stream.
 
 use stillbeam_firmware::telemetry::{Flags, Sample};
 use stillbeam_firmware::units::Nanometres;
@@ -19,7 +20,8 @@ pub const INPUTS: [&str; 3] = ["input_1_level", "input_2_level", "input_3_level"
 /// Column of what the board was doing: the number of [`stillbeam_firmware::telemetry::Activity`].
 pub const STATE: &str = "state_number";
 
-/// Whether the column of this name says what the board was told and did, so that it is never the response of a machine.
+/// Whether the column of this name says what the board was told and did, so that it is never the response of
+/// a machine.
 pub fn is_of_the_board(column: &str) -> bool {
     column == STATE || INPUTS.contains(&column)
 }
@@ -29,8 +31,8 @@ pub fn lost_samples(streamed: &StreamedMotion) -> u64 {
     streamed.gaps.iter().map(|gap| u64::from(gap.lost)).sum()
 }
 
-/// The streamed samples from the last before the command changes, which is at time zero. A row without a sample is empty.
-/// `name` is what messages call the recording, `motion` what the board was asked for.
+/// The streamed samples from the last before the command changes, which is at time zero. A row without a
+/// sample is empty. `name` is what messages call the recording, `motion` what the board was asked for.
 pub fn recording(name: &str, motion: &str, streamed: &StreamedMotion) -> Recording {
     let samples: Vec<&Sample> = streamed.samples.iter().skip(streamed.start).collect();
     let first = samples.first().map_or(0, |sample| sample.sequence);

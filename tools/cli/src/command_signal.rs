@@ -17,8 +17,8 @@ use crate::motion_refusal::refusal;
 /// Nanometres in a metre.
 const NANOMETRES: f64 = 1e9;
 
-/// What `--command` asks for, from rest at zero: `move POSITION`, in mm or with a unit of length, or another motion in the
-/// console's words and units.
+/// What `--command` asks for, from rest at zero: `move POSITION`, in mm or with a unit of length, or another
+/// motion in the console's words and units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionCommand {
     /// As the firmware's own reader understands it.
@@ -53,8 +53,8 @@ impl FromStr for MotionCommand {
     }
 }
 
-/// The setpoints of a motion within the firmware's default limits, in metres, one per tick from the tick before the first
-/// change to the one where the shaper has run out.
+/// The setpoints of a motion within the firmware's default limits, in metres, one per tick from the tick
+/// before the first change to the one where the shaper has run out.
 ///
 /// # Errors
 /// [`CliError::Usage`] when the rate or the motion is outside what the firmware accepts.
@@ -101,12 +101,12 @@ pub fn setpoints_within_m(
     shaped_m(&command_nm, table)
 }
 
-/// The input column of a recording through a shaper: read off in straight lines at the shaper's rate, shaped, and
-/// held at its end until the shaper has run out. Columns `time_s` and the input.
+/// The input column of a recording through a shaper: read off in straight lines at the shaper's rate, shaped,
+/// and held at its end until the shaper has run out. Columns `time_s` and the input.
 ///
 /// # Errors
-/// [`CliError::Recording`] when the column is missing; [`CliError::File`] when it has gaps, leaves the firmware's
-/// range, or would take too many ticks.
+/// [`CliError::Recording`] when the column is missing; [`CliError::File`] when it has gaps, leaves the
+/// firmware's range, or would take too many ticks.
 pub fn shape_recorded(
     recording: &Recording,
     column: &str,

@@ -9,8 +9,8 @@ use stillbeam_recording::Recording;
 
 use crate::base_move::{BaseMove, hold_ticks};
 
-/// As [`BaseMove::simulate`], with forces, controller and limits of the drive; the sensors are left out, because the move
-/// is judged by what the beam does.
+/// As [`BaseMove::simulate`], with forces, controller and limits of the drive; the sensors are left out,
+/// because the move is judged by what the beam does.
 pub(crate) fn simulate_extended(
     model: &Model,
     rate_hz: f64,

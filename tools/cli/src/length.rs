@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use crate::error::CliError;
 
-/// A length that a person wrote: `50`, `50mm`, `5cm`, `0.05m`, `50um`. A bare number is in millimetres, as on the board's
-/// console.
+/// A length that a person wrote: `50`, `50mm`, `5cm`, `0.05m`, `50um`. A bare number is in millimetres, as on
+/// the board's console.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Length {
     metres: f64,

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::error::CliError;
 
-/// Refuses to write over what is read, twice to the same file, or where nothing can be written: better now than after minutes of
-/// work. `-`, standard output, is no file.
+/// Refuses to write over what is read, twice to the same file, or where nothing can be written: better now
+/// than after minutes of work. `-`, standard output, is no file.
 ///
 /// # Errors
 /// [`CliError::Usage`] names the file.
@@ -54,7 +54,8 @@ fn check_writable(path: &Path) -> Result<(), CliError> {
     Ok(())
 }
 
-/// A path by which two names of one file are seen to be equal. A file that is not there yet is known by its folder.
+/// A path by which two names of one file are seen to be equal. A file that is not there yet is known by its
+/// folder.
 fn identity(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| match (path.parent(), path.file_name()) {
         (Some(folder), Some(name)) => {

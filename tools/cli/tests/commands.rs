@@ -114,7 +114,8 @@ fn a_simulated_sweep_is_identified_and_its_model_reproduces_it() {
     assert!(html.contains("<svg") && !html.contains("http://") && !html.contains("https://"));
 }
 
-/// What a sweep does does not depend on how densely its input was written down: between the samples lies a cubic.
+/// What a sweep does does not depend on how densely its input was written down: between the samples lies a
+/// cubic.
 #[test]
 fn a_recorded_input_is_read_between_its_samples() {
     let folder = tempfile::tempdir().unwrap();
@@ -326,7 +327,8 @@ fn identified_modes_go_onto_a_board_with_their_boxes() {
     assert!(run.code == 2 && run.messages.contains("no standard errors"), "{}", run.messages);
 }
 
-/// A loop hides how wrong a friction is; its force as recorded does not. What is written is the model with its controller again.
+/// A loop hides how wrong a friction is; its force as recorded does not. What is written is the model with
+/// its controller again.
 #[test]
 fn a_refit_open_loop_moves_the_laws_that_the_model_has_and_keeps_its_controller() {
     let folder = tempfile::tempdir().unwrap();

@@ -47,7 +47,8 @@ fn sweep_csv(column: &str, amplitude: f64) -> String {
     csv
 }
 
-/// Two runs, equally hard, of a beam with a late sensor: something is missing, and another amplitude is wanted.
+/// Two runs, equally hard, of a beam with a late sensor: something is missing, and another amplitude is
+/// wanted.
 fn proposed(column: &str, amplitude: f64) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -66,7 +67,8 @@ fn proposed(column: &str, amplitude: f64) -> String {
     found["next_experiment"].as_str().expect("no run was proposed").to_owned()
 }
 
-/// Whether the board takes the line with its settings as they come, once it knows the mass that a force moves.
+/// Whether the board takes the line with its settings as they come, once it knows the mass that a force
+/// moves.
 fn check(line: &str) {
     if let Err(error) = planned(line) {
         panic!("{line}: {error}");

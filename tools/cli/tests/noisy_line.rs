@@ -46,8 +46,8 @@ impl ByteLink for NoisyLine {
     fn write_all(&mut self, bytes: &[u8]) -> std::io::Result<()> {
         let mut bytes = bytes.to_vec();
         self.damage(&mut bytes);
-        // Noise that makes a stop or an emergency of a byte stops the machine: the safe side, and no matter of
-        // these tests.
+        // Noise that makes a stop or an emergency of a byte stops the machine: the safe side, and no matter
+        // of these tests.
         bytes.retain(|byte| !matches!(*byte, RealTimeByte::STOP | RealTimeByte::EMERGENCY));
         self.board.write_all(&bytes)
     }
@@ -157,7 +157,8 @@ fn the_command_uploads_what_shape_writes() {
     refused(&["upload", &path("none.json"), "--port", "core"], &["none.json"]);
 }
 
-/// Damaged frames are counted, their samples are missing and nothing else is: what is there is what the tick made.
+/// Damaged frames are counted, their samples are missing and nothing else is: what is there is what the tick
+/// made.
 #[test]
 fn a_recording_over_a_noisy_line_has_gaps_and_no_wrong_sample() {
     let clean = NoisyLine::session(1, u32::MAX)

@@ -4,7 +4,8 @@ mod support;
 
 use support::{accepted, paper_beam};
 
-/// The first half of an upward sweep does not reach the second mode, so a refit on that half leaves it wherever noise has put it.
+/// The first half of an upward sweep does not reach the second mode, so a refit on that half leaves it
+/// wherever noise has put it.
 #[test]
 fn a_right_model_lacks_nothing_on_one_noisy_sweep() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! The paper, made again: everything is written, the published page is up to date, and the results are what the page says.
+//! The paper, made again: everything is written, the published page is up to date, and the results are what
+//! the page says.
 
 mod support;
 
@@ -65,8 +66,8 @@ fn check_moves(summary: &Summary) {
     assert!(shaped[3..].iter().all(|row| row.percentage_vibration_pct < 0.05));
 }
 
-/// The same words, and the same numbers to 2 % or one and a half of the last digit: mathematical functions differ in
-/// their last bits from machine to machine.
+/// The same words, and the same numbers to 2 % or one and a half of the last digit: mathematical functions
+/// differ in their last bits from machine to machine.
 fn assert_same(found: &str, published: &str) {
     let remedy = "regenerate it: cargo stillbeam paper --results docs/results/paper.md";
     let (found, published): (Vec<&str>, Vec<&str>) =

@@ -108,7 +108,8 @@ fn a_refusal_comes_through_and_a_silent_port_is_noticed() {
     assert!(matches!(refused, Err(BoardError::NoConsole { .. })));
 }
 
-/// Behind a port something moves: nothing does without consent, and nothing but what a person has said of the machine enables it.
+/// Behind a port something moves: nothing does without consent, and nothing but what a person has said of the
+/// machine enables it.
 #[test]
 fn a_motion_over_a_port_asks_first_and_enables_only_what_is_ready() {
     let core = CoreOnTerminal::start();

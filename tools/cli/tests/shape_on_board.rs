@@ -1,5 +1,5 @@
-//! The shortest shaper on the in-process board: what it streams is what the host computed, and modes at the corners of their
-//! boxes keep no more than the tolerance.
+//! The shortest shaper on the in-process board: what it streams is what the host computed, and modes at the
+//! corners of their boxes keep no more than the tolerance.
 
 use stillbeam::board::BoardTarget;
 use stillbeam::command_signal::{MotionCommand, shaped_setpoints_m};

@@ -1,4 +1,5 @@
-//! `shape --optimal`: from the boxes that `identify` wrote to a table that the firmware's core and a board take.
+//! `shape --optimal`: from the boxes that `identify` wrote to a table that the firmware's core and a board
+//! take.
 
 mod support;
 
@@ -56,8 +57,8 @@ fn the_boxes_of_a_file_are_what_is_solved_for() {
     assert_eq!(json(&one)["optimal"]["modes"].as_array().unwrap().len(), 1);
 }
 
-/// One good recording gives a frequency to a millionth, and payload and temperature move it by hundredths: a shaper for
-/// the statistical error alone leaves a third of the vibration on the machine of the next day.
+/// One good recording gives a frequency to a millionth, and payload and temperature move it by hundredths: a
+/// shaper for the statistical error alone leaves a third of the vibration on the machine of the next day.
 #[test]
 fn a_measured_box_is_no_narrower_than_the_floor() {
     let folder = tempfile::tempdir().unwrap();

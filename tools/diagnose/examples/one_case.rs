@@ -1,5 +1,6 @@
-//! Diagnoses one simulated case: `cargo run --release -p stillbeam-diagnose --example one_case -- moved cubic_stiffness beam stiffness=50`;
-//! with `controls=6` the diagnosis is tried on that very experiment too, as `stillbeam diagnose --controls` does.
+//! Diagnoses one simulated case: `cargo run --release -p stillbeam-diagnose --example one_case -- moved
+//! cubic_stiffness beam stiffness=50`; with `controls=6` the diagnosis is tried on that very experiment too,
+//! as `stillbeam diagnose --controls` does.
 
 #[path = "../tests/truth/mod.rs"]
 mod truth;

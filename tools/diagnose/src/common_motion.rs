@@ -1,9 +1,11 @@
 //! What two sensors see alike is no noise of either.
 //!
-//! The noise of one sensor knows nothing of another's. A disturbance that is there all the time, or physics that a stationary excitation
-//! shows all the time, raises the quiet quarter of every sensor's residual, and a disturbance what a machine at rest reads; but it moves all of them together, and what of one residual
-//! the others predict is that motion. What they do not predict bounds the noise from above, the others' own noise being in it.
-//! Sensors that share a disturbance of their own (one camera that shakes and reads both) are taken for a machine that moves.
+//! The noise of one sensor knows nothing of another's. A disturbance that is there all the time, or physics
+//! that a stationary excitation shows all the time, raises the quiet quarter of every sensor's residual, and
+//! a disturbance what a machine at rest reads; but it moves all of them together, and what of one residual
+//! the others predict is that motion. What they do not predict bounds the noise from above, the others' own
+//! noise being in it. Sensors that share a disturbance of their own (one camera that shakes and reads both)
+//! are taken for a machine that moves.
 
 use stillbeam_identify::tall::{Orthonormal, dot};
 
@@ -16,8 +18,9 @@ const LAGS: i32 = 12;
 /// Chance of as much in common between sensors that have nothing in common, above which nothing is concluded.
 const CHANCE: f64 = 1e-6;
 
-/// Root mean square of what of one output's residuals another output's do not predict, and the number of samples that it is of, over all
-/// recordings that have both, in step and gap for gap; `None` where they have nothing in common beyond chance.
+/// Root mean square of what of one output's residuals another output's do not predict, and the number of
+/// samples that it is of, over all recordings that have both, in step and gap for gap; `None` where they have
+/// nothing in common beyond chance.
 pub(crate) fn own_rms(parts: &[OutputResidual<'_>], others: &[OutputResidual<'_>]) -> Option<(f64, f64)> {
     let pairs: Vec<(&[f64], &[f64])> = parts
         .iter()
@@ -53,8 +56,8 @@ fn shifted(series: &[f64], lag: i32) -> Vec<f64> {
 
 /// Chance that independent series of these colours are as alike at any lag, pooled over recordings.
 ///
-/// The correlation of two independent series scatters by the sum over lags of the product of their autocorrelations, over the count
-/// (M. Bartlett, 1935).
+/// The correlation of two independent series scatters by the sum over lags of the product of their
+/// autocorrelations, over the count (M. Bartlett, 1935).
 fn chance(pairs: &[(&[f64], &[f64])]) -> f64 {
     let scatters: Vec<f64> = pairs
         .iter()

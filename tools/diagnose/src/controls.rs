@@ -1,10 +1,11 @@
 //! The diagnosis tried on itself: on this very experiment, with a truth that is known.
 //!
-//! * **Null**: what the best model simulates without the laws that were named, with what was left over drawn anew in blocks. Nothing is
-//!   missing, so nothing may be named. (Where laws were named the refit without them is another machine, bent to make up for them.)
+//! * **Null**: what the best model simulates without the laws that were named, with what was left over drawn
+//!   anew in blocks. Nothing is missing, so nothing may be named. (Where laws were named the refit without
+//!   them is another machine, bent to make up for them.)
 //! * **Positive**: what the extended model simulated, with new noise. The same laws have to be named.
-//! * **Truth left out**: the recordings themselves, the laws that were named struck from the catalogue. No other law may be
-//!   named with confidence.
+//! * **Truth left out**: the recordings themselves, the laws that were named struck from the catalogue. No
+//!   other law may be named with confidence.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -29,7 +30,8 @@ pub struct Controls {
     pub null_named: usize,
     /// How each of them ended.
     pub null_outcomes: Vec<Outcome>,
-    /// The rate of false names that 95 % of such outcomes would leave below: `1 − 0.05^(1/n)` when none was named.
+    /// The rate of false names that 95 % of such outcomes would leave below: `1 − 0.05^(1/n)` when none was
+    /// named.
     pub false_name_rate_below: f64,
     /// Runs with the named laws present, as large as they were found; 0 when nothing was named.
     pub positive_runs: usize,
@@ -218,7 +220,8 @@ fn remake(
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut of = |recording: &Recording, held_out: bool| -> Recording {
         let mut made = recording.clone();
-        // A recording cut in two, or held out without having been given as such, is found by its name's beginning.
+        // A recording cut in two, or held out without having been given as such, is found by its name's
+        // beginning.
         let halves = format!("{}, ", recording.name);
         let is_mine = |name: &str| name == recording.name || name.starts_with(&halves);
         let mine = found.overlays.iter().filter(|overlay| is_mine(&overlay.recording));

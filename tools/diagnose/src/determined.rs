@@ -14,9 +14,9 @@ use crate::stacking::Stack;
 /// drawing.
 const VISIBLE: f64 = 20.0;
 /// Beside laws, and where the recordings ask for it, when they know it so many times better than the drawing
-/// does: its standard error beside the factor within which its given value is right. A law that was missing has
-/// hidden what the model does: a damper that is known to a factor of two is refitted though a twentieth of it
-/// would not show.
+/// does: its standard error beside the factor within which its given value is right. A law that was missing
+/// has hidden what the model does: a damper that is known to a factor of two is refitted though a twentieth
+/// of it would not show.
 const SURER: f64 = 2.8;
 /// Free decays, in which nothing but the machine sets how fast a motion dies away, ask for a parameter that
 /// leaves more by this share of the squares where it stays as given, ...

@@ -111,9 +111,10 @@ impl DrawnError {
     }
 }
 
-/// Tells the errors of all recordings of an output how much of them its floor has already. One from standstill
-/// was seen without any, and one that is stated is the sensor's own; any other was seen over all recordings,
-/// and has of each what they have on the average. An input that was driven harder may be noisier, too.
+/// Tells the errors of all recordings of an output how much of them its floor has already. One from
+/// standstill was seen without any, and one that is stated is the sensor's own; any other was seen over all
+/// recordings, and has of each what they have on the average. An input that was driven harder may be noisier,
+/// too.
 pub(crate) fn tell_floor(errors: &mut [Option<InputError>], floor: NoiseSource) {
     if matches!(floor, NoiseSource::QuietStretches | NoiseSource::Stated) {
         return;

@@ -22,8 +22,8 @@ pub(crate) struct Scatter {
 }
 
 impl Scatter {
-    /// From residuals that are taken to be noise; `slowest_hz` sets the width of the windows: two seconds or two
-    /// periods, whichever is longer.
+    /// From residuals that are taken to be noise; `slowest_hz` sets the width of the windows: two seconds or
+    /// two periods, whichever is longer.
     pub(crate) fn new(stack: &Stack<'_>, residuals: Vec<f64>, slowest_hz: Option<f64>) -> Self {
         let segments = stack.segments();
         let colours = segments
@@ -52,7 +52,8 @@ impl Scatter {
     }
 }
 
-/// Standard errors of the free parameters, in their own units; infinite where two cannot be told apart, or one does nothing.
+/// Standard errors of the free parameters, in their own units; infinite where two cannot be told apart, or
+/// one does nothing.
 pub(crate) fn standard_errors(stack: &Stack<'_>, fitted: &Fitted, slowest_hz: Option<f64>) -> Vec<f64> {
     errors_from(stack, fitted, fitted.sensitivities(stack), slowest_hz)
 }
@@ -97,12 +98,14 @@ pub(crate) struct Consistency {
     pub(crate) excess: f64,
 }
 
-/// Recordings that disagree about a parameter by more than chance in this share of cases say that the noise is not all that moves it.
+/// Recordings that disagree about a parameter by more than chance in this share of cases say that the noise
+/// is not all that moves it.
 const BEYOND_CHANCE: f64 = 0.01;
 
 impl Consistency {
-    /// What a standard error reckoned from noise alone is to be multiplied by: where recordings disagree about a parameter, their mean is
-    /// off by as much more as they scatter more than they should (R. Birge, Phys. Rev. 40 (1932) 207).
+    /// What a standard error reckoned from noise alone is to be multiplied by: where recordings disagree
+    /// about a parameter, their mean is off by as much more as they scatter more than they should (R. Birge,
+    /// Phys. Rev. 40 (1932) 207).
     fn widening(self) -> f64 {
         if self.p < BEYOND_CHANCE { self.excess.max(1.0).sqrt() } else { 1.0 }
     }
@@ -118,11 +121,12 @@ pub(crate) struct Precision {
     pub(crate) agreements: Vec<Option<Consistency>>,
 }
 
-/// How well all free parameters are known, and for those for which `asked` holds whether the recordings, and the earlier and the later
-/// half of each, agree about them: physics is the same throughout, what only stands in for something else is not.
+/// How well all free parameters are known, and for those for which `asked` holds whether the recordings, and
+/// the earlier and the later half of each, agree about them: physics is the same throughout, what only stands
+/// in for something else is not.
 ///
-/// A half's own value differs from the joint one by the sum of its residuals, weighted by how they move the parameter,
-/// over the share of the information that it holds.
+/// A half's own value differs from the joint one by the sum of its residuals, weighted by how they move the
+/// parameter, over the share of the information that it holds.
 pub(crate) fn precision(
     stack: &Stack<'_>,
     fitted: &Fitted,
@@ -187,9 +191,9 @@ pub(crate) fn precision(
 
 /// What the errors of the drawing add to the standard errors of the free parameters.
 ///
-/// Recordings of motion alone do not tell masses from forces: a base that is moved, a body that is let go do the same with all masses,
-/// springs, dampers and forces twice as large. What such recordings leave undetermined stays as given, and what is found is
-/// right only as far as that is.
+/// Recordings of motion alone do not tell masses from forces: a base that is moved, a body that is let go do
+/// the same with all masses, springs, dampers and forces twice as large. What such recordings leave
+/// undetermined stays as given, and what is found is right only as far as that is.
 fn drawn_errors(stack: &Stack<'_>, fitted: &Fitted, influences: &[Option<Vec<f64>>]) -> Vec<f64> {
     let is_free = |path: &str| fitted.free.iter().any(|free| free.path == path);
     let mut held = free_parameters(&fitted.hypothesis);
@@ -226,8 +230,8 @@ fn halves(stack: &Stack<'_>) -> Vec<Vec<Range<usize>>> {
     parts
 }
 
-/// Inverse of a matrix with ones on its diagonal. Directions that rounding alone fills are given the size of rounding: what they
-/// mix is as good as undetermined, and the other parameters keep their errors.
+/// Inverse of a matrix with ones on its diagonal. Directions that rounding alone fills are given the size of
+/// rounding: what they mix is as good as undetermined, and the other parameters keep their errors.
 fn inverse_of(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     const ROUNDING: f64 = 1e-13;
     let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, 10_000)?;
@@ -236,8 +240,9 @@ fn inverse_of(matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     Some(&eigen.eigenvectors * DMatrix::from_diagonal(&inverted) * eigen.eigenvectors.transpose())
 }
 
-/// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter; `None` for a parameter that
-/// moves no residual, of which nothing is known. Noise before a rounding is such a one where there is too little of it to change a reading.
+/// How much each residual moves each parameter: the rows of the pseudo-inverse, one vector per parameter;
+/// `None` for a parameter that moves no residual, of which nothing is known. Noise before a rounding is such
+/// a one where there is too little of it to change a reading.
 fn influences(columns: &[Vec<f64>]) -> Option<Vec<Option<Vec<f64>>>> {
     let products = gram(columns);
     let lengths: Vec<f64> = products.diagonal().iter().map(|square| square.sqrt()).collect();

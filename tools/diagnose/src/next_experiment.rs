@@ -1,5 +1,5 @@
-//! Which run would tell tied candidates apart: every run of a list is simulated with every candidate, and what the
-//! candidates' own parameters could make up for is taken out of the differences.
+//! Which run would tell tied candidates apart: every run of a list is simulated with every candidate, and
+//! what the candidates' own parameters could make up for is taken out of the differences.
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};

@@ -3,14 +3,15 @@
 use crate::record::Record;
 use crate::stacking::{RecordFit, Stack};
 
-/// A sample this many robust standard deviations off the median of its neighbours, in the residual, is set aside.
+/// A sample this many robust standard deviations off the median of its neighbours, in the residual, is set
+/// aside.
 const OFF: f64 = 7.0;
 /// A neighbour that is off by more than this share of it makes a sample part of a motion.
 const ALONG: f64 = 0.2;
 /// Neighbours on either side.
 const REACH: usize = 3;
-/// Samples on either side from which it is reckoned how far a sample stands off there as a rule: what is left of a motion does so more
-/// where it is fast.
+/// Samples on either side from which it is reckoned how far a sample stands off there as a rule: what is left
+/// of a motion does so more where it is fast.
 const AROUND: usize = 40;
 /// Median absolute deviation of a normal variable over its standard deviation.
 const MAD: f64 = 0.674_489_750_196_081_7;
@@ -49,8 +50,8 @@ fn in_series(series: &[f64]) -> Vec<usize> {
     };
     let is_off =
         |k: usize| sizes.get(k).is_some_and(|size| *size > OFF * scale && *size > OFF * scale_around(k));
-    // Lone ones: a run of samples that are off is a motion. In strongly coloured noise neighbours depart so little that some of
-    // them are off by themselves; beside a motion they would be off by as much as it.
+    // Lone ones: a run of samples that are off is a motion. In strongly coloured noise neighbours depart so
+    // little that some of them are off by themselves; beside a motion they would be off by as much as it.
     let goes_along = |neighbour: usize, k: usize| {
         is_off(neighbour) && departures[neighbour].abs() > ALONG * departures[k].abs()
     };

@@ -10,8 +10,8 @@ use crate::simulation::{Hypothesis, simulate};
 use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study};
 
-/// All outputs of all recordings under the given, the refitted and the extended model; the first `given_laws` of the extended one are
-/// not found but given.
+/// All outputs of all recordings under the given, the refitted and the extended model; the first `given_laws`
+/// of the extended one are not found but given.
 pub(crate) fn overlays(
     study: &Study,
     columns: &[String],

@@ -22,7 +22,8 @@ pub(crate) struct FreeParameter {
     /// Bounds of the value.
     pub(crate) lower: f64,
     pub(crate) upper: f64,
-    /// Whether it belongs to a law that the diagnosis added; the laws that the model was given with are its own.
+    /// Whether it belongs to a law that the diagnosis added; the laws that the model was given with are its
+    /// own.
     pub(crate) is_added: bool,
 }
 
@@ -76,15 +77,17 @@ impl FreeParameter {
         self
     }
 
-    /// Whether the parameter sets how fast the structure vibrates, so that a wrong start may end in a wrong valley.
+    /// Whether the parameter sets how fast the structure vibrates, so that a wrong start may end in a wrong
+    /// valley.
     pub(crate) fn sets_frequency(&self) -> bool {
         ["frequency_hz", "young_Pa", "stiffness"].iter().any(|name| self.path.ends_with(name))
     }
 }
 
 /// The parameters that a refit may move, in the order in which they are tried: first those that recordings of
-/// vibration usually determine, last those that mostly repeat them. Of parameters that repeat each other those stay as given that a
-/// balance or a calliper tells: a body that is let go has a frequency and a decay, and its damping is a better guess from those than its mass.
+/// vibration usually determine, last those that mostly repeat them. Of parameters that repeat each other
+/// those stay as given that a balance or a calliper tells: a body that is let go has a frequency and a decay,
+/// and its damping is a better guess from those than its mass.
 pub(crate) fn free_parameters(hypothesis: &Hypothesis) -> Vec<FreeParameter> {
     let model = &hypothesis.model;
     let mut listed: Vec<(usize, FreeParameter)> = model

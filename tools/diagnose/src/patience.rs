@@ -71,7 +71,8 @@ fn has_had(limit_s: f64) -> bool {
     processor_seconds().is_some_and(|had| had >= limit_s)
 }
 
-/// Processor time that this process has had so far, all threads together; `None` where the system does not tell.
+/// Processor time that this process has had so far, all threads together; `None` where the system does not
+/// tell.
 pub(crate) fn processor_seconds() -> Option<f64> {
     let text = fs::read_to_string("/proc/self/stat").ok()?;
     // After the name, which is in brackets and may hold anything, user and system time are the 12th and 13th.

@@ -1,8 +1,9 @@
 //! The step that readings come in, read off the readings themselves.
 //!
-//! Readings of a rounded output are few values, multiples of one step. They may have been rounded a second time, when they were written
-//! down in so many digits or passed a finer converter: then no two neighbours are exactly as far apart as two others, and the step is the
-//! slope of the line through all values over their numbers.
+//! Readings of a rounded output are few values, multiples of one step. They may have been rounded a second
+//! time, when they were written down in so many digits or passed a finer converter: then no two neighbours
+//! are exactly as far apart as two others, and the step is the slope of the line through all values over
+//! their numbers.
 
 /// The step of an output, in its unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,7 +13,8 @@ pub(crate) struct ReadingStep {
     pub(crate) stderr: f64,
 }
 
-/// A distance of neighbouring values is a multiple of the step when it is off by less than this share of it, ...
+/// A distance of neighbouring values is a multiple of the step when it is off by less than this share of it,
+/// ...
 const OFF: f64 = 0.05;
 /// ... as all but this share of them are.
 const STRAY: f64 = 0.1;
@@ -20,8 +22,8 @@ const STRAY: f64 = 0.1;
 const ROUNDING: f64 = 1e-9;
 
 impl ReadingStep {
-    /// From the readings of one recording; `None` where they are no multiples of anything: distinct readings of an analogue sensor are as
-    /// many as samples.
+    /// From the readings of one recording; `None` where they are no multiples of anything: distinct readings
+    /// of an analogue sensor are as many as samples.
     pub(crate) fn of(readings: &[f64]) -> Option<Self> {
         let mut values: Vec<f64> = readings.iter().copied().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);

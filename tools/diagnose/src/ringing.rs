@@ -39,8 +39,8 @@ impl Study {
         chosen.into_iter().map(|hz| self.sharpened(on_all, hz)).collect()
     }
 
-    /// The frequency near `hz` at which a steady tone takes most from the residual: windows of a few seconds tell it to a part of
-    /// their width, which turns the phase by radians over a whole recording.
+    /// The frequency near `hz` at which a steady tone takes most from the residual: windows of a few seconds
+    /// tell it to a part of their width, which turns the phase by radians over a whole recording.
     fn sharpened(&self, on_all: &OnAll, hz: f64) -> f64 {
         const STEPS: i32 = 12;
         let parts: Vec<(Vec<f64>, f64)> = (0..self.weights.len())
@@ -59,7 +59,8 @@ impl Study {
         }
         let power =
             |hz: f64| parts.iter().map(|(series, rate_hz)| tone_power(series, hz / rate_hz)).sum::<f64>();
-        // Neighbouring steps turn the phase by a quarter of a period between the ends of the longest recording, then by less and less.
+        // Neighbouring steps turn the phase by a quarter of a period between the ends of the longest
+        // recording, then by less and less.
         let mut best = hz;
         let mut step_hz = 0.25 / longest_s;
         for _ in 0..4 {
@@ -71,7 +72,8 @@ impl Study {
     }
 }
 
-/// What a tone of so many periods per sample has in common with a series: the square of the Fourier sum over half the count.
+/// What a tone of so many periods per sample has in common with a series: the square of the Fourier sum over
+/// half the count.
 fn tone_power(series: &[f64], periods_per_sample: f64) -> f64 {
     let turn = Complex::from_polar(1.0, std::f64::consts::TAU * periods_per_sample);
     let mut phasor = Complex::new(1.0, 0.0);

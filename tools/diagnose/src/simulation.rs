@@ -52,8 +52,8 @@ impl Hypothesis {
         extended
     }
 
-    /// The same with readings that are not rounded: derivatives of rounded ones are nothing or infinite. `None` where
-    /// nothing rounds.
+    /// The same with readings that are not rounded: derivatives of rounded ones are nothing or infinite.
+    /// `None` where nothing rounds.
     pub(crate) fn unrounded(&self) -> Option<Self> {
         let value = |law: &Physics, name: &str| law.parameters.get(name).copied().unwrap_or(0.0);
         // Noise before the rounding makes its mean smooth.
@@ -100,8 +100,8 @@ fn coordinates(space: &StateSpace) -> Vec<String> {
     space.points().iter().filter(|point| point.is_coordinate).map(|point| point.name.clone()).collect()
 }
 
-/// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of every
-/// coordinate, on top of the rest that the model starts from.
+/// The recorded outputs, simulated, where they have samples. `initial` holds displacement and velocity of
+/// every coordinate, on top of the rest that the model starts from.
 pub(crate) fn simulate(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) -> Option<Vec<Vec<f64>>> {
     let started = started_at(hypothesis, record, initial)?;
     let model = started.as_ref().unwrap_or(&hypothesis.model);
@@ -117,8 +117,8 @@ pub(crate) fn motion(hypothesis: &Hypothesis, record: &Record, initial: &[f64]) 
     record.rerun.motion(model, Some(record.sub_steps.lengths(model))).ok()?
 }
 
-/// What a law's force along a motion would change in the recorded outputs; in a closed loop beside what its controller does about that.
-/// `None` for what is no force.
+/// What a law's force along a motion would change in the recorded outputs; in a closed loop beside what its
+/// controller does about that. `None` for what is no force.
 pub(crate) fn first_effect(
     hypothesis: &Hypothesis,
     record: &Record,

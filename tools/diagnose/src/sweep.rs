@@ -41,8 +41,8 @@ impl Sweep {
         FADE_S.min(FADE_SHARE * self.duration_s)
     }
 
-    /// The largest amplitude, in the input's unit, that the board takes; `mass_kg` is what a force moves, `None` where the input
-    /// is a motion.
+    /// The largest amplitude, in the input's unit, that the board takes; `mass_kg` is what a force moves,
+    /// `None` where the input is a motion.
     pub fn most_within(&self, limits: &MachineLimits, mass_kg: Option<f64>) -> f64 {
         let MachineLimits { half_travel_m, velocity_m_s, acceleration_m_s2, jerk_m_s3 } = *limits;
         // What the bounds grow with is largest at one of the ends.
@@ -59,9 +59,9 @@ impl Sweep {
         ends[0].min(ends[1])
     }
 
-    /// Bounds of velocity, acceleration and jerk of E sin φ at this frequency, by metre of amplitude: the envelope E fades by the
-    /// board's smooth step of the fifth degree and, of a force, falls with the square of the frequency
-    /// (docs/derivations/motions.md, "Sweeps").
+    /// Bounds of velocity, acceleration and jerk of E sin φ at this frequency, by metre of amplitude: the
+    /// envelope E fades by the board's smooth step of the fifth degree and, of a force, falls with the square
+    /// of the frequency (docs/derivations/motions.md, "Sweeps").
     fn derivatives(&self, hz: f64, falls_with_square: bool) -> [f64; 3] {
         let omega = TAU * hz;
         let growth = if self.exponential {

@@ -45,7 +45,8 @@ pub(crate) fn swept(amplitude_n: f64) -> Vec<f64> {
     (0..2000).map(|k| sweep(0.01 * f64::from(k))).collect()
 }
 
-/// What is recorded of it under this force, and one that nobody records; runs of different seeds have different noise.
+/// What is recorded of it under this force, and one that nobody records; runs of different seeds have
+/// different noise.
 pub(crate) fn driven(machine: &Model, force_n: &[f64], unrecorded_n: Option<&[f64]>, seed: u64) -> Recording {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let noise = Normal::new(0.0, NOISE_M).unwrap();

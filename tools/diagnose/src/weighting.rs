@@ -1,9 +1,11 @@
 //! The unit in which an output counts in a fit: its noise, or its noise with the colour taken out.
 //!
-//! Where a force from outside shakes the machine all the time, what is left rings with the machine, and squares of it count the same
-//! ringing again and again: a fit pulls at the resonance, and all a law does elsewhere hardly weighs. Innovations, what of the rest its own
-//! past does not foretell, count everything by what is known there (generalised least squares, A. Aitken, Proc. R. Soc. Edinburgh 55
-//! (1935) 42). The weighting is a triangular matrix with an inverse: nothing is lost by it, and a residual can be had back in its unit.
+//! Where a force from outside shakes the machine all the time, what is left rings with the machine, and
+//! squares of it count the same ringing again and again: a fit pulls at the resonance, and all a law does
+//! elsewhere hardly weighs. Innovations, what of the rest its own past does not foretell, count everything by
+//! what is known there (generalised least squares, A. Aitken, Proc. R. Soc. Edinburgh 55 (1935) 42). The
+//! weighting is a triangular matrix with an inverse: nothing is lost by it, and a residual can be had back in
+//! its unit.
 
 use std::sync::Arc;
 
@@ -69,9 +71,10 @@ const MOST_LAGS: usize = 24;
 const FEW: usize = 4;
 
 impl Colour {
-    /// The colour of some series of one output, in its unit, by the recursion of J. Burg (Maximum entropy spectral analysis, Stanford
-    /// University 1975), which does not blur a sharp resonance as autocovariances of a short series do; the number of lags minimises the
-    /// information criterion of Schwarz. `None` where nothing is left of the series, or they are too short.
+    /// The colour of some series of one output, in its unit, by the recursion of J. Burg (Maximum entropy
+    /// spectral analysis, Stanford University 1975), which does not blur a sharp resonance as autocovariances
+    /// of a short series do; the number of lags minimises the information criterion of Schwarz. `None` where
+    /// nothing is left of the series, or they are too short.
     pub(crate) fn of(series: &[&[f64]]) -> Option<Self> {
         let samples: usize = series.iter().map(|series| series.len()).sum();
         let square: f64 = series.iter().map(|series| dot(series, series)).sum();

@@ -17,8 +17,8 @@ pub(crate) fn with_error(value: f64, stderr: f64, unit: &str) -> String {
     text.trim_end().to_owned()
 }
 
-/// Sizes of one column with three digits each, in millimetres where the column's name says metres, in the column's own
-/// unit otherwise; and that unit.
+/// Sizes of one column with three digits each, in millimetres where the column's name says metres, in the
+/// column's own unit otherwise; and that unit.
 pub(crate) fn sizes<const N: usize>(values: [f64; N], column: &str) -> ([String; N], String) {
     let metres = column.ends_with("_m");
     let factor = if metres { 1e3 } else { 1.0 };

@@ -56,8 +56,8 @@ fn multisine(amplitude_v: f64, seed: u64) -> Recording {
         .with_column("output_V", output)
 }
 
-/// With straight lines between the samples the input at the resonance is 4 % too small and at 200 Hz 30 %, which was named as
-/// crosstalk and a delay.
+/// With straight lines between the samples the input at the resonance is 4 % too small and at 200 Hz 30 %,
+/// which was named as crosstalk and a delay.
 #[test]
 fn a_linear_circuit_driven_up_to_a_third_of_the_sampling_rate_is_adequate() {
     let model = Model::from_toml("circuit.toml", CIRCUIT).unwrap();

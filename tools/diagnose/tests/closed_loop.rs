@@ -1,4 +1,5 @@
-//! A known controller hides friction: the loop is simulated, or friction would be named as what the feedback does.
+//! A known controller hides friction: the loop is simulated, or friction would be named as what the feedback
+//! does.
 
 use std::f64::consts::TAU;
 
@@ -58,8 +59,9 @@ fn recorded_with(model: &Model, frequency_hz: f64, noise_m: f64, seed: u64) -> R
     recording
 }
 
-/// What an initial state does in a loop is the loop's doing: the free response of the axis alone would be there for ever. Fits that took that
-/// for it ended somewhere between the drawing and the machine, and what they left was named.
+/// What an initial state does in a loop is the loop's doing: the free response of the axis alone would be
+/// there for ever. Fits that took that for it ended somewhere between the drawing and the machine, and what
+/// they left was named.
 #[test]
 fn a_refit_in_a_loop_finds_the_machine_from_a_wrong_drawing() {
     let mut truth = Model::from_toml("axis.toml", AXIS).unwrap();
@@ -92,8 +94,8 @@ fn friction_and_offset_are_named_in_a_known_loop() {
     let train = [recorded(&truth, 0.2, 1), recorded(&truth, 0.35, 2)];
     let held_out = [recorded(&truth, 0.27, 3)];
     let found = diagnose(&given, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
-    // While it slides, friction that differs with the direction is dry friction with an offset: half the sum and half the
-    // difference of its two forces.
+    // While it slides, friction that differs with the direction is dry friction with an offset: half the sum
+    // and half the difference of its two forces.
     let force = |id: &str, name: &str| {
         let effect = found.effects.iter().find(|effect| effect.id == id);
         effect.map(|effect| (effect.parameters[name].value, effect.parameters[name].stderr))
@@ -143,7 +145,8 @@ fn the_real_axis_has_dry_friction_and_an_offset() {
     let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
     let of = |id: &str| found.effects.iter().find(|effect| effect.id == id);
     let value = |id: &str, name: &str| of(id).map(|effect| effect.parameters[name].value);
-    // The same force in either form: dry friction with an offset, or friction that differs with the direction.
+    // The same force in either form: dry friction with an offset, or friction that differs with the
+    // direction.
     let apart = value("coulomb_friction", "force").zip(value("constant_force", "force"));
     let both =
         value("asymmetric_friction", "force_backward").zip(value("asymmetric_friction", "force_forward"));

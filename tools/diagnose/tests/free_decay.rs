@@ -87,7 +87,8 @@ fn noisy(name: &str, positions: &[f64], seed: u64) -> Recording {
     Recording::new(name, time_s).with_column("slider_position_m", read)
 }
 
-/// A stage of 14 kg on 2840 N/m let go, with viscous damping and quadratic drag, by the fourth-order method of Runge and Kutta.
+/// A stage of 14 kg on 2840 N/m let go, with viscous damping and quadratic drag, by the fourth-order method
+/// of Runge and Kutta.
 fn let_go_in_oil(from_m: f64) -> Vec<f64> {
     const STEP_S: f64 = 1e-3;
     let rate = |[x, v]: [f64; 2]| [v, -(2840.0 * x + 20.0 * v + 140.0 * v * v.abs()) / 14.0];
@@ -134,7 +135,8 @@ fn drag_is_named_though_a_refit_hides_most_of_it_in_the_damping() {
     assert_eq!((found.verdict, named), (Verdict::Explained, vec!["quadratic_drag"]), "{}", found.sentence);
 }
 
-/// A stage of 14 kg on 3000 N/m let go under 0.5 N of dry friction alone: half waves about two centres, until one ends between them.
+/// A stage of 14 kg on 3000 N/m let go under 0.5 N of dry friction alone: half waves about two centres, until
+/// one ends between them.
 fn let_go_under_friction(from_m: f64) -> Vec<f64> {
     let (centre, omega) = (0.5 / 3000.0, (3000.0_f64 / 14.0).sqrt());
     let half_s = std::f64::consts::PI / omega;

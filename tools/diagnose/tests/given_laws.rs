@@ -1,4 +1,5 @@
-//! Laws that the given model already has are its own: what is wrong with their numbers is a wrong parameter, not missing physics.
+//! Laws that the given model already has are its own: what is wrong with their numbers is a wrong parameter,
+//! not missing physics.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;

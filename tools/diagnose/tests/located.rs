@@ -1,4 +1,5 @@
-//! Where the mismatch is, how large the force that would explain it, and which parameters were wrong, once the law is known.
+//! Where the mismatch is, how large the force that would explain it, and which parameters were wrong, once
+//! the law is known.
 
 mod truth;
 
@@ -22,7 +23,8 @@ fn friction_of_the_base() -> &'static Diagnosis {
     })
 }
 
-/// A refit of the whole chain without the friction bends the beam's parameters; that must not be held against the beam.
+/// A refit of the whole chain without the friction bends the beam's parameters; that must not be held against
+/// the beam.
 #[test]
 fn friction_of_the_base_is_located_there() {
     let mismatch = friction_of_the_base().mismatch.as_ref().unwrap();
@@ -42,13 +44,15 @@ fn the_force_at_the_place_of_a_law_has_the_laws_size() {
     let apart: f64 = cells().map(|(law, mean)| (law - mean).powi(2)).sum();
     let power: f64 = cells().map(|(law, _)| law * law).sum();
     assert!(apart < 0.2 * power, "{}", apart / power);
-    // Every other place sees forces of the size of those of this machine, not what a filter without a hold makes of them.
+    // Every other place sees forces of the size of those of this machine, not what a filter without a hold
+    // makes of them.
     for surface in surfaces {
         assert!(surface.rms.is_finite() && surface.rms < 50.0, "{} {}", surface.location, surface.rms);
     }
 }
 
-/// The parameters that are said to be wrong are those beside the law, not those of a refit that had to do without it.
+/// The parameters that are said to be wrong are those beside the law, not those of a refit that had to do
+/// without it.
 #[test]
 fn parameters_are_corrected_beside_the_law_and_not_instead_of_it() {
     let (found, truth) = (friction_of_the_base(), BENCH.model());

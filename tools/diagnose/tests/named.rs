@@ -14,12 +14,14 @@ fn run(bench: Bench, laws: &[Physics], options: &Options, seed: u64) -> Diagnosi
     found
 }
 
-/// A verdict that names nothing comes with no effect, no tie of what it names, no named candidate and no extended model; any other with all.
+/// A verdict that names nothing comes with no effect, no tie of what it names, no named candidate and no
+/// extended model; any other with all.
 fn says_one_thing(found: &Diagnosis) {
     let names = !matches!(found.verdict, Verdict::Adequate | Verdict::Unexplained);
     assert_eq!(!found.effects.is_empty(), names, "{}", found.sentence);
     assert_eq!(found.extended_model.is_some(), names, "{}", found.sentence);
-    // An adequate model may owe that to a parameter that stands for a law: the tie says so, its first set is empty.
+    // An adequate model may owe that to a parameter that stands for a law: the tie says so, its first set is
+    // empty.
     assert!(names || found.ties.iter().all(|tie| tie.candidates[0].is_empty()), "{:?}", found.ties);
     assert_eq!(found.candidates.iter().filter(|row| row.named).count(), found.effects.len());
 }
@@ -113,7 +115,8 @@ fn what_cannot_be_told_apart_is_a_tie_with_a_run_that_would_help() {
     assert!(found.next_experiment.is_some_and(|next| next.starts_with("sweep ")));
 }
 
-/// The chain is cut at every recorded signal: a drive before the recorded motion of the base is late for nobody behind it.
+/// The chain is cut at every recorded signal: a drive before the recorded motion of the base is late for
+/// nobody behind it.
 #[test]
 fn behind_a_recorded_motion_no_law_of_the_drive_is_tried() {
     let law = Physics::new("delay", "sensor").with("delay", 0.02);

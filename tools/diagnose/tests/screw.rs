@@ -1,4 +1,5 @@
-//! A screw turned at one steady speed after the other, its torque read: friction with a dip, and more of it in one direction.
+//! A screw turned at one steady speed after the other, its torque read: friction with a dip, and more of it
+//! in one direction.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -66,7 +67,8 @@ fn friction(id: &str) -> Physics {
     Physics::new(id, "screw")
 }
 
-/// The first law that explains nearly all, friction that differs by direction, leaves the dip no strength of its own.
+/// The first law that explains nearly all, friction that differs by direction, leaves the dip no strength of
+/// its own.
 #[test]
 fn a_dip_beside_a_steady_force_is_not_taken_for_friction_that_differs_by_direction() {
     let dip = friction("stribeck_friction")

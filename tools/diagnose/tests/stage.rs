@@ -1,4 +1,5 @@
-//! One body on a spring, pushed by a force: waves of any phase, what a parameter stands for, and friction that may differ by direction.
+//! One body on a spring, pushed by a force: waves of any phase, what a parameter stands for, and friction
+//! that may differ by direction.
 
 mod truth;
 
@@ -59,7 +60,8 @@ fn recorded(model: &Model, amplitude_n: f64, up: bool, seed: u64) -> Recording {
     recorded_beside(model, 0.0, amplitude_n, up, seed)
 }
 
-/// Twenty seconds of a sweep from 0.4 to 4 Hz, grown from nothing within a second, while a random force pushes too.
+/// Twenty seconds of a sweep from 0.4 to 4 Hz, grown from nothing within a second, while a random force
+/// pushes too.
 fn recorded_beside(model: &Model, random_n: f64, amplitude_n: f64, up: bool, seed: u64) -> Recording {
     let pushed = random_force(random_n, seed);
     const FINER: usize = 20;

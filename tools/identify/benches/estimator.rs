@@ -1,7 +1,8 @@
 //! How long the two fits take: a 10-minute 100 Hz sweep and an 80 000-sample ring-down.
 //!
-//! `cargo bench --profile host -p stillbeam-identify --bench estimator`. Targets: 1 s and 2 s on one core. Criterion counts
-//! the time that the thread is on a processor, where the system tells, so that other programs do not count.
+//! `cargo bench --profile host -p stillbeam-identify --bench estimator`. Targets: 1 s and 2 s on one core.
+//! Criterion counts the time that the thread is on a processor, where the system tells, so that other
+//! programs do not count.
 
 mod processor_time;
 #[path = "../tests/synthetic/mod.rs"]

@@ -1,7 +1,8 @@
 //! Whether a mode is what it seems, or the image of one above half the sampling rate.
 //!
-//! Even samples of a free decay cannot tell: both fit them alike. Uneven stamps can, and so can an input that is known
-//! between the output's samples: there the record is fitted with the mode moved to its image, at the same decay.
+//! Even samples of a free decay cannot tell: both fit them alike. Uneven stamps can, and so can an input that
+//! is known between the output's samples: there the record is fitted with the mode moved to its image, at the
+//! same decay.
 
 use crate::forced_model::pole;
 use crate::separable::{Separable, sum_of_squares_at};

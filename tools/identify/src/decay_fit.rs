@@ -184,8 +184,8 @@ fn loudest(parts: &[Part]) -> Option<usize> {
 }
 
 /// Which modes the fit of the whole record determines: inside their range, damping known to better than half,
-/// and an amplitude that stands out of its error. The loudest one does in any case: what it leaves by not being
-/// linear makes its own error large.
+/// and an amplitude that stands out of its error. The loudest one does in any case: what it leaves by not
+/// being linear makes its own error large.
 fn borne_out(
     minimum: &Minimum<Projected>,
     covariance: Option<&DMatrix<f64>>,

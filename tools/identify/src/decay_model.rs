@@ -15,8 +15,8 @@ use crate::separable::{Separable, fit};
 /// Decay times after which a free response counts as over: exp(-36) is the rounding of a double.
 const DECAYED: f64 = 36.0;
 
-/// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset, powers
-/// of time.
+/// Parameters: ln f and ln zeta of every mode. Linear: cosine and sine amplitude of every mode, offset,
+/// powers of time.
 pub(crate) struct DecayModel<'r> {
     pub(crate) time_s: &'r [f64],
     pub(crate) output: &'r [f64],
@@ -25,8 +25,8 @@ pub(crate) struct DecayModel<'r> {
     pub(crate) powers: usize,
 }
 
-/// Highest power of time that may be left of a drift, and periods of the slowest mode for each: fewer, and the
-/// two could not be told apart.
+/// Highest power of time that may be left of a drift, and periods of the slowest mode for each: fewer, and
+/// the two could not be told apart.
 const POWERS: (usize, f64) = (3, 3.0);
 
 impl<'r> DecayModel<'r> {

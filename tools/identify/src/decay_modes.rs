@@ -351,8 +351,8 @@ fn frequency_spread(course: &[AmplitudePoint]) -> f64 {
     all.clone().fold(0.0, f64::max) - all.fold(f64::INFINITY, f64::min).min(f64::MAX)
 }
 
-/// Where the amplitude comes within a factor five of the floor that the last tenth holds; the end where it is still
-/// falling steadily there.
+/// Where the amplitude comes within a factor five of the floor that the last tenth holds; the end where it is
+/// still falling steadily there.
 fn clear_of_noise(size: &[f64]) -> usize {
     let tenth = size.len().div_ceil(10);
     let middle = |from: usize| {

@@ -1,8 +1,9 @@
-//! Where the fit of a free decay starts: at the peaks of its averaged spectrum, and at what stays in place over the orders
-//! of an eigensystem realisation.
+//! Where the fit of a free decay starts: at the peaks of its averaged spectrum, and at what stays in place
+//! over the orders of an eigensystem realisation.
 //!
-//! A short decay has no averaged spectrum to speak of: segments long enough to tell its modes apart hold all of it once.
-//! The realisation uses every sample's phase, so it sees a belt that rings for a tenth of a second under noise.
+//! A short decay has no averaged spectrum to speak of: segments long enough to tell its modes apart hold all
+//! of it once. The realisation uses every sample's phase, so it sees a belt that rings for a tenth of a
+//! second under noise.
 
 use crate::decay_modes::{Part, Uniform, find_parts, pair_at, part_at, remainder};
 use crate::forced_fit::MAX_MODES;
@@ -12,13 +13,13 @@ use crate::poles::{PoleMethod, Survey};
 use crate::result::Rejected;
 use crate::tall::{Orthonormal, dot};
 
-/// Share of its frequency within which a find is what a known mode leaves behind because it does not decay as a linear
-/// mode does, and half-power bandwidths within which two finds are one mode.
+/// Share of its frequency within which a find is what a known mode leaves behind because it does not decay as
+/// a linear mode does, and half-power bandwidths within which two finds are one mode.
 const SAME: (f64, f64) = (0.05, 1.5);
 
-/// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that many.
-/// Candidates that are no modes go into `rejected`, with the reason; beside the modes comes the root mean square of what
-/// they and those above the wanted ones leave, where there are any above.
+/// The modes that stand out, at most `wanted` of them from the lowest on; where fewer do, the search for that
+/// many. Candidates that are no modes go into `rejected`, with the reason; beside the modes comes the root
+/// mean square of what they and those above the wanted ones leave, where there are any above.
 pub(crate) fn starting_parts(
     uniform: &Uniform,
     survey: &Survey,
@@ -67,7 +68,8 @@ fn split_one(parts: &mut Vec<Part>, uniform: &Uniform) -> bool {
     false
 }
 
-/// The parts and those of the realisation's picks that are none of them and alone in their own band, by frequency.
+/// The parts and those of the realisation's picks that are none of them and alone in their own band, by
+/// frequency.
 fn with_realised(
     mut parts: Vec<Part>,
     uniform: &Uniform,
@@ -112,7 +114,8 @@ fn with_realised(
         .chain(fresh.iter().map(|pole| pole.frequency_hz))
         .collect();
     parts.extend(fresh.iter().filter_map(|pole| {
-        // Where noise fills the band, the realisation's own pole is the better start: the fit of the record decides.
+        // Where noise fills the band, the realisation's own pole is the better start: the fit of the record
+        // decides.
         part_at(&whole, pole.frequency_hz, &all, uniform).or_else(|| realised_part(*pole, &left, uniform))
     }));
     parts.sort_by(|a, b| b.energy.total_cmp(&a.energy));
@@ -121,21 +124,23 @@ fn with_realised(
     parts
 }
 
-/// Half of the band that a realisation's pole may be searched in, in its half-power bandwidths and as a share of its
-/// frequency.
+/// Half of the band that a realisation's pole may be searched in, in its half-power bandwidths and as a share
+/// of its frequency.
 const REACH: (f64, f64) = (3.0, 0.1);
 
 /// A part that starts at a realisation's pole.
 fn realised_part(pole: Pole, left: &[f64], uniform: &Uniform) -> Option<Part> {
-    // The energy of a sampled decay: its sum of squares times the interval, twice for the integral of its envelope.
+    // The energy of a sampled decay: its sum of squares times the interval, twice for the integral of its
+    // envelope.
     let energy = 2.0 * uniform.interval_s * explained_by(pole, left, uniform.interval_s);
     let width_hz = 2.0 * pole.damping_ratio * pole.frequency_hz;
     let half_width_hz = (REACH.0 * width_hz).min(REACH.1 * pole.frequency_hz).max(2.0 / uniform.duration_s());
     (energy > 0.0).then_some(Part { pole, half_width_hz, energy })
 }
 
-/// What a decay at a pole must explain, in variances of the noise around its frequency. Of noise alone the best of all
-/// poles explains about twice the logarithm of the number of samples, less than 25 for any record.
+/// What a decay at a pole must explain, in variances of the noise around its frequency. Of noise alone the
+/// best of all poles explains about twice the logarithm of the number of samples, less than 25 for any
+/// record.
 const SIGNIFICANT: f64 = 60.0;
 
 /// The sum of squares that a free decay with this pole takes out of a signal.

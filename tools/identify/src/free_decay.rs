@@ -23,15 +23,15 @@ pub struct FreeDecayOptions {
     pub output: String,
     /// Further output columns: they give the modes' shapes.
     pub also: Vec<String>,
-    /// How many modes; `None` takes all that stand well above the noise. Of more than that many the lowest are taken:
-    /// they move the structure most, whatever quantity was recorded.
+    /// How many modes; `None` takes all that stand well above the noise. Of more than that many the lowest
+    /// are taken: they move the structure most, whatever quantity was recorded.
     pub modes: Option<usize>,
     /// Where the free decay begins, s in the recording's time; `None` takes the largest deflection.
     pub start_s: Option<f64>,
     /// Where it ends, s in the recording's time; `None` takes all that is not long sunk into the noise.
     pub end_s: Option<f64>,
-    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them a second
-    /// time. Large statistical studies may do without.
+    /// Whether the classical methods, which start the fit in any case, are also set against it: it takes them
+    /// a second time. Large statistical studies may do without.
     pub cross_checks: bool,
 }
 
@@ -66,8 +66,9 @@ pub fn identify_free_decay(
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
     let ringing = Ringing::new(recording, options)?;
-    // A knock rings in ways that are over long before the modes are, and the hammer or the finger may still be there:
-    // the first start from which modes explain what follows is taken, or the one from which they explain most.
+    // A knock rings in ways that are over long before the modes are, and the hammer or the finger may still
+    // be there: the first start from which modes explain what follows is taken, or the one from which they
+    // explain most.
     let mut first_refusal = None;
     let mut tried: Vec<Attempt> = Vec::new();
     let released = ringing.released();
@@ -125,8 +126,8 @@ struct Attempt {
     is_explained: bool,
 }
 
-/// The last attempt when it explains the decay, else the one that explains most; what the others found and it did not
-/// is listed.
+/// The last attempt when it explains the decay, else the one that explains most; what the others found and it
+/// did not is listed.
 fn best_of(mut tried: Vec<Attempt>) -> Option<IdentifiedModes> {
     let by_share = |a: &usize, b: &usize| tried[*a].explained.total_cmp(&tried[*b].explained);
     // Of equals the earliest.

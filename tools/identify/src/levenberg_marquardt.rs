@@ -1,11 +1,12 @@
 //! Levenberg-Marquardt for a few bounded parameters, on residual vectors of any length.
 //!
 //! Marquardt's scaling (damping in units of the curvature of each parameter), Nielsen's update of the
-//! damping, steps projected into the box, and parameters that press against a bound left out of the step.
-//! K. Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, section 3.2.
+//! damping, steps projected into the box, and parameters that press against a bound left out of the step. K.
+//! Madsen, H. B. Nielsen, O. Tingleff, *Methods for Non-Linear Least Squares Problems*, 2004, section 3.2.
 //! Where parameters make up for each other the minimum lies at the end of a narrow valley, and straight steps
-//! leave it soon; where a problem tells its second derivative along a step, the step bends with the valley: M. Transtrum,
-//! J. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares minimization*, 2012, section 4.
+//! leave it soon; where a problem tells its second derivative along a step, the step bends with the valley:
+//! M. Transtrum, J. Sethna, *Improvements to the Levenberg-Marquardt algorithm for nonlinear least-squares
+//! minimization*, 2012, section 4.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use serde::{Deserialize, Serialize};
@@ -39,8 +40,9 @@ pub trait LeastSquares {
     /// J'J and J'r, J being the derivatives of the residuals r with respect to the parameters.
     fn curvature(&self, parameters: &[f64], point: &Self::Point) -> (DMatrix<f64>, DVector<f64>);
 
-    /// J'r_vv, r_vv being the second derivative of the residuals along `direction`; asked for only after [`Self::curvature`] of
-    /// the same point. `None`, where it is not known or not worth its cost: steps are straight then.
+    /// J'r_vv, r_vv being the second derivative of the residuals along `direction`; asked for only after
+    /// [`Self::curvature`] of the same point. `None`, where it is not known or not worth its cost: steps are
+    /// straight then.
     fn bend(&self, parameters: &[f64], point: &Self::Point, direction: &[f64]) -> Option<DVector<f64>> {
         let _ = (parameters, point, direction);
         None
@@ -103,8 +105,8 @@ pub fn minimise<L: LeastSquares>(problem: &L, parameters: &[Parameter]) -> Optio
     minimise_to(problem, parameters, REDUCTION_TOLERANCE)
 }
 
-/// The same, ended as soon as a step gains less than `reduction_tolerance` of the sum of squares: for many fits of which
-/// only the best will be finished.
+/// The same, ended as soon as a step gains less than `reduction_tolerance` of the sum of squares: for many
+/// fits of which only the best will be finished.
 ///
 /// Returns `None` when the model cannot be evaluated at the start.
 pub fn minimise_to<L: LeastSquares>(
@@ -221,8 +223,8 @@ impl Local {
         })
     }
 
-    /// Units of the free parameters, and the curvature in them with damping on its diagonal: damping and rounding treat all
-    /// parameters alike.
+    /// Units of the free parameters, and the curvature in them with damping on its diagonal: damping and
+    /// rounding treat all parameters alike.
     fn damped(&self, free: &[usize], damping: f64) -> Option<(DVector<f64>, Cholesky<f64, Dyn>)> {
         let scale = DVector::from_iterator(free.len(), free.iter().map(|&i| self.curvature[(i, i)].sqrt()));
         let mut system = DMatrix::from_fn(free.len(), free.len(), |i, j| {
@@ -242,8 +244,8 @@ impl Local {
         gradient.dot(&system.solve(&gradient))
     }
 
-    /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps, and bent where `bend`
-    /// tells how.
+    /// The damped Gauss-Newton step over the free parameters, shortened to the parameters' largest steps, and
+    /// bent where `bend` tells how.
     fn step(
         &self,
         free: &[usize],

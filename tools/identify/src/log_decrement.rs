@@ -1,8 +1,8 @@
 //! The logarithmic decrement, with the count of periods right.
 //!
 //! A free oscillation w(t) = A exp(-zeta omega t) cos(omega_d t + phi) has its successive positive peaks one
-//! damped period T = 2 pi / omega_d apart. From the first peak w_1 to the n-th peak w_n there are n - 1 periods,
-//! not n, hence
+//! damped period T = 2 pi / omega_d apart. From the first peak w_1 to the n-th peak w_n there are n - 1
+//! periods, not n, hence
 //!
 //! ```text
 //! w_1 / w_n = exp(zeta omega (n - 1) T)

@@ -313,7 +313,8 @@ mod tests {
                 assert!((found - wanted[order]).abs() < 1e-9, "force: {found} {}", wanted[order]);
             }
             // Base motion that begins with a speed: the position form differs from the acceleration form by a
-            // free response, which is q(0) = -u(0), q'(0) = -u'(0) seen by the state that starts from nothing.
+            // free response, which is q(0) = -u(0), q'(0) = -u'(0) seen by the state that starts from
+            // nothing.
             let base = forced_response(pole, &spline, Path::new(InputKind::BasePosition, output), &times);
             let wanted = runge_kutta(pole, |t| -acceleration(t), &times);
             let [cosine, sine] = free_response(pole, 0.0, &times);

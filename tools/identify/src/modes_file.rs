@@ -1,9 +1,9 @@
 //! Modes read back from a file: the one reader of what `stillbeam identify --json` writes.
 //!
-//! Of the whole result a design needs, per mode, frequency, damping ratio and where either may be. Those are the same
-//! fields in the JSON of one recording ([`IdentifiedModes`](crate::IdentifiedModes)), of several together and in the
-//! summary of `stillbeam demo`; other fields are passed over. A file without `uncertainty_box` gets one of
-//! [`BOX_STANDARD_ERRORS`] standard errors either way.
+//! Of the whole result a design needs, per mode, frequency, damping ratio and where either may be. Those are
+//! the same fields in the JSON of one recording ([`IdentifiedModes`](crate::IdentifiedModes)), of several
+//! together and in the summary of `stillbeam demo`; other fields are passed over. A file without
+//! `uncertainty_box` gets one of [`BOX_STANDARD_ERRORS`] standard errors either way.
 
 use std::path::Path;
 
@@ -12,8 +12,8 @@ use thiserror::Error;
 
 use crate::result::{Estimate, SCHEMA_VERSION, UncertaintyBox};
 
-/// Half the width of an uncertainty box, in standard errors: 95 % of a normal error. Dependence on amplitude comes on
-/// top of it.
+/// Half the width of an uncertainty box, in standard errors: 95 % of a normal error. Dependence on amplitude
+/// comes on top of it.
 pub const BOX_STANDARD_ERRORS: f64 = 2.0;
 
 /// The modes of a file, by their numbers there.
@@ -23,8 +23,8 @@ pub struct ModesFile {
     pub modes: Vec<FiledMode>,
 }
 
-/// What a file says of one mode. The values are possible ones (frequency above 0, damping ratio from 0 to below 1)
-/// and lie inside their box.
+/// What a file says of one mode. The values are possible ones (frequency above 0, damping ratio from 0 to
+/// below 1) and lie inside their box.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FiledMode {
     /// Undamped natural frequency, Hz.
@@ -75,7 +75,8 @@ pub enum UnusableBox {
 }
 
 impl FiledMode {
-    /// The box, for a design that is to hold over all of it: frequencies above 0, damping ratios from 0 to below 1.
+    /// The box, for a design that is to hold over all of it: frequencies above 0, damping ratios from 0 to
+    /// below 1.
     ///
     /// # Errors
     /// [`UnusableBox`], with the remedy.

@@ -65,8 +65,8 @@ impl WholeSpectrum {
         self.bins[bin].norm_sqr() / self.samples.max(1) as f64
     }
 
-    /// Variance per sample of white noise that would have the density found around a frequency: the median of the bins,
-    /// which lines do not move.
+    /// Variance per sample of white noise that would have the density found around a frequency: the median of
+    /// the bins, which lines do not move.
     pub(crate) fn noise_variance_near(&self, frequency_hz: f64) -> f64 {
         let bin = ((frequency_hz / self.bin_hz()).round() as usize).min(self.bins.len() / 2);
         let reach = (NOISE_LINES * self.bins.len()).div_ceil(self.samples.max(1)).max(bin / 3);

@@ -31,8 +31,8 @@ impl Refined {
         self.stderr(self.parameters.len() + index)
     }
 
-    /// The fit itself, or the refusal of one whose parameters cannot be told apart: without standard errors nothing in it can be
-    /// judged.
+    /// The fit itself, or the refusal of one whose parameters cannot be told apart: without standard errors
+    /// nothing in it can be judged.
     pub(crate) fn or_refused(
         self,
         recording: String,
@@ -51,14 +51,15 @@ impl Refined {
     }
 }
 
-/// Standard errors by which the fits with and without a noise model may differ while the residuals may be noise.
+/// Standard errors by which the fits with and without a noise model may differ while the residuals may be
+/// noise.
 const SAME: f64 = 4.0;
 
 /// Refits through the noise model, where there is one.
 ///
-/// With independent noise both fits are right, and differ by less than their errors. Where they do not, the residuals
-/// hold something of the plant; weighing it as noise would be wrong, and the plain fit stands, with the
-/// errors that correlated residuals give it (the idea of J. Hausman, Econometrica 46 (1978) 1251).
+/// With independent noise both fits are right, and differ by less than their errors. Where they do not, the
+/// residuals hold something of the plant; weighing it as noise would be wrong, and the plain fit stands, with
+/// the errors that correlated residuals give it (the idea of J. Hausman, Econometrica 46 (1978) 1251).
 pub(crate) fn refine<M: Separable>(
     model: &M,
     plain: &Minimum<Projected>,

@@ -1,8 +1,9 @@
 //! A real pole: what a force does to a body that moves freely against viscous friction.
 //!
-//! A base of moved mass m that slides against friction c forgets its velocity with exp(-t c / m). A beam on it feels that as
-//! one first-order response, 1 / (s + rate), beside its modes; the modes themselves then no longer move in phase, which
-//! gives each a share in proportion to the rate of its coordinate (docs/derivations/identification.md).
+//! A base of moved mass m that slides against friction c forgets its velocity with exp(-t c / m). A beam on
+//! it feels that as one first-order response, 1 / (s + rate), beside its modes; the modes themselves then no
+//! longer move in phase, which gives each a share in proportion to the rate of its coordinate
+//! (docs/derivations/identification.md).
 
 use rustfft::num_complex::Complex64;
 
@@ -20,7 +21,8 @@ pub(crate) struct RealResponse {
     pub(crate) by_time: Vec<f64>,
 }
 
-/// The response of s^n / (s + rate) to the input, n being 0 for a position, 1 for a velocity, 2 for an acceleration.
+/// The response of s^n / (s + rate) to the input, n being 0 for a position, 1 for a velocity, 2 for an
+/// acceleration.
 pub(crate) fn real_response(
     rate_per_s: f64,
     input: &PiecewiseCubic,

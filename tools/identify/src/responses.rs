@@ -11,8 +11,8 @@ pub struct Response {
     pub imag: Vec<f64>,
 }
 
-/// Frequency response output/input (Hamming window, averaged segments), as recorded: no scaling, no model. Unit: output
-/// unit per input unit.
+/// Frequency response output/input (Hamming window, averaged segments), as recorded: no scaling, no model.
+/// Unit: output unit per input unit.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Frf {
     /// Frequencies, Hz.

@@ -58,8 +58,8 @@ const STARTS: [f64; 4] = [0.3, 0.1, 0.03, 0.01];
 const LEAST_LEFT: f64 = 0.1;
 /// Share of the largest deflection by which it may differ where the structure is held there.
 const HELD: f64 = 0.1;
-/// Share of a decay's energy that its modes explain when it is one, and how many times the noise they may leave
-/// where that is less.
+/// Share of a decay's energy that its modes explain when it is one, and how many times the noise they may
+/// leave where that is less.
 const ENOUGH: f64 = 0.9;
 const NEAR_NOISE: f64 = 2.0;
 /// Blocks that a record is cut into to see where it is quiet.
@@ -146,8 +146,9 @@ impl<'r> Ringing<'r> {
         self.tones.iter().any(|tone| tone.is_at(frequency_hz, bin_hz))
     }
 
-    /// Takes the straight line out of a signal that is mostly one: of several knocks, or of ringing that hardly
-    /// falls, no drift is told apart, and yet seen from its end the sensor is farthest away at its beginning.
+    /// Takes the straight line out of a signal that is mostly one: of several knocks, or of ringing that
+    /// hardly falls, no drift is told apart, and yet seen from its end the sensor is farthest away at its
+    /// beginning.
     fn take_line_out(&mut self) {
         let from = self.first.min(self.values.len());
         let signal = &self.values[from..];
@@ -268,8 +269,8 @@ impl<'r> Ringing<'r> {
         self.released.map(|(row, _)| row)
     }
 
-    /// Rows from which the decay may be read: where it was said to begin, or the largest deflection and then ever
-    /// smaller ones.
+    /// Rows from which the decay may be read: where it was said to begin, or the largest deflection and then
+    /// ever smaller ones.
     pub(crate) fn starts(&self, start_s: Option<f64>) -> Vec<usize> {
         if let Some(start_s) = start_s {
             return vec![self.time_s.partition_point(|t| *t < start_s)];
@@ -295,7 +296,8 @@ impl<'r> Ringing<'r> {
         tail.iter().sum::<f64>() / tail.len() as f64
     }
 
-    /// The row at which a decay from `start` has long sunk into the noise; the end of the record where it has not.
+    /// The row at which a decay from `start` has long sunk into the noise; the end of the record where it has
+    /// not.
     fn end_of_decay(&self, start: usize) -> usize {
         let rows = self.values.len();
         let length = (rows / BLOCKS).max(8);
@@ -389,7 +391,8 @@ fn mean_square(values: &[f64]) -> f64 {
 }
 
 impl DecayRecord {
-    /// Whether a fit that leaves this much explains the decay: nearly all of it, or down to what noise may leave.
+    /// Whether a fit that leaves this much explains the decay: nearly all of it, or down to what noise may
+    /// leave.
     pub(crate) fn is_explained(&self, residual_rms: f64) -> bool {
         self.explained(residual_rms) > ENOUGH
             || self.noise_power.is_some_and(|noise| residual_rms < NEAR_NOISE * noise.sqrt())

@@ -1,10 +1,10 @@
 //! What the classical methods say of the fitted modes, and how far each can be trusted on this very record.
 //!
-//! None of these methods knows its own error: leakage and noise bias them, and the scatter over model orders sees
-//! neither. So every method is run a second time on a *replica*, the fitted record plus the residuals in reverse order,
-//! which has the fitted modes exactly, the same input and noise of the same spectrum. What the method gets wrong there
-//! is the standard error it is given here, together with its scatter. It then disagrees with the fit only where the
-//! record holds something that the fitted modes and noise do not.
+//! None of these methods knows its own error: leakage and noise bias them, and the scatter over model orders
+//! sees neither. So every method is run a second time on a *replica*, the fitted record plus the residuals in
+//! reverse order, which has the fitted modes exactly, the same input and noise of the same spectrum. What the
+//! method gets wrong there is the standard error it is given here, together with its scatter. It then
+//! disagrees with the fit only where the record holds something that the fitted modes and noise do not.
 
 use crate::poles::{MethodMode, Survey};
 use crate::result::{CrossCheck, Estimate, IdentifiedMode, Rejected};
@@ -54,7 +54,8 @@ impl Opinions {
         checks.collect()
     }
 
-    /// Modes that a method picks and the fit does not have, and groups of poles that are no picks, with the reasons.
+    /// Modes that a method picks and the fit does not have, and groups of poles that are no picks, with the
+    /// reasons.
     pub(crate) fn rejected(&self, modes: &[IdentifiedMode]) -> Vec<Rejected> {
         let is_fitted = |hz: f64| modes.iter().any(|mode| is_same(hz, mode));
         let picked = self.record.modes.iter().filter(|seen| !is_fitted(seen.frequency_hz)).map(|seen| {

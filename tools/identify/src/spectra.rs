@@ -45,8 +45,8 @@ pub(crate) struct CrossSpectra {
 }
 
 impl CrossSpectra {
-    /// Averages over segments of `length` samples that overlap by half or a little more, so that the last one ends
-    /// with the record: a sweep's last octave is in its last seconds.
+    /// Averages over segments of `length` samples that overlap by half or a little more, so that the last one
+    /// ends with the record: a sweep's last octave is in its last seconds.
     pub(crate) fn welch(
         input: &[f64],
         output: &[f64],

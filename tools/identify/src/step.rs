@@ -18,7 +18,8 @@ impl Step {
         let mut moments = [Complex64::default(); 5];
         let powers = [1.0, h, h * h, h.powi(3), h.powi(4)];
         if x.norm() < 1.0 {
-            // j = 4 by its series h^5 * sum of x^m 4!/(m+5)!, the others downwards: both are free of cancellation.
+            // j = 4 by its series h^5 * sum of x^m 4!/(m+5)!, the others downwards: both are free of
+            // cancellation.
             let mut term = Complex64::new(0.2, 0.0);
             let mut sum = term;
             for m in 1..20 {

@@ -1,9 +1,10 @@
 //! Frames that were lost although the stamps are even: from there on the record is early by whole intervals.
 //!
-//! A recorder that numbers frames as they arrive stamps them evenly even when some never came. What is recorded after the
-//! loss then is y(t + k h) and not y(t), and the residual has a part k h y'(t) from there on. The fit takes up as much of
-//! that as its parameters can, so the step is looked for outside their span: at every sample, by least squares of the
-//! residual on the fitted output's rate from there on, less its part along the fit's columns and tangents.
+//! A recorder that numbers frames as they arrive stamps them evenly even when some never came. What is
+//! recorded after the loss then is y(t + k h) and not y(t), and the residual has a part k h y'(t) from there
+//! on. The fit takes up as much of that as its parameters can, so the step is looked for outside their span:
+//! at every sample, by least squares of the residual on the fitted output's rate from there on, less its part
+//! along the fit's columns and tangents.
 
 use crate::column::Column;
 use crate::forced_model::{ForcedModel, pole};
@@ -14,9 +15,10 @@ use crate::separable::{Projected, fit_roughly, span, sum_of_squares_at};
 use crate::tall::{Orthonormal, dot};
 use crate::warnings::{Warning, WarningKind};
 
-/// Share of the residual's energy that the step must explain, and how sure it must be, as a ratio of sums of squares
-/// times rows: far more than the best of all places would give by chance. Lost frames explain nearly all of what they
-/// leave; a structure that is not linear leaves what a step explains up to 0.6 of, at some place, to no meaning.
+/// Share of the residual's energy that the step must explain, and how sure it must be, as a ratio of sums of
+/// squares times rows: far more than the best of all places would give by chance. Lost frames explain nearly
+/// all of what they leave; a structure that is not linear leaves what a step explains up to 0.6 of, at some
+/// place, to no meaning.
 const EXPLAINED: f64 = 0.8;
 const SURE: f64 = 100.0;
 /// How near, in intervals, the step must be to a whole number of them.
@@ -35,8 +37,8 @@ pub(crate) struct FittedRecord<'r> {
     pub(crate) fitted: Vec<f64>,
 }
 
-/// Warnings about jumps of a record's clock under even stamps. `residuals` are those of all rows of the fit, `span` its
-/// columns and tangents.
+/// Warnings about jumps of a record's clock under even stamps. `residuals` are those of all rows of the fit,
+/// `span` its columns and tangents.
 pub(crate) fn time_shift_warnings(
     record: &FittedRecord<'_>,
     residuals: &[f64],
@@ -235,12 +237,13 @@ struct Step {
     gain: f64,
 }
 
-/// Share of a step's column that must lie outside the span for it to be computed at all; whether it matters there is
-/// what the gain tells.
+/// Share of a step's column that must lie outside the span for it to be computed at all; whether it matters
+/// there is what the gain tells.
 const OUTSIDE: f64 = 1e-5;
 
 impl Step {
-    /// The step that explains most. Its column is the rate's end, so all inner products are sums from the end on.
+    /// The step that explains most. Its column is the rate's end, so all inner products are sums from the end
+    /// on.
     fn best(left: &[f64], rate: &Column, span: &Orthonormal) -> Option<Self> {
         let directions = span.dense_part(rate.rows());
         let left = &left[rate.rows()];

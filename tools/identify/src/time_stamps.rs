@@ -1,4 +1,5 @@
-//! What the stamps and the samples of a recording say about the recorder: gaps, doublets, jitter, frozen samples.
+//! What the stamps and the samples of a recording say about the recorder: gaps, doublets, jitter, frozen
+//! samples.
 
 use stillbeam_recording::Recording;
 
@@ -18,10 +19,11 @@ const EVEN: f64 = 0.01;
 /// Distances up to this many units of the stamps' last decimal place are rounding.
 const ROUNDED: f64 = 0.6;
 
-/// Whether the stamps lie beside an even grid by more than their rounding: only then do they tell a mode from its image.
+/// Whether the stamps lie beside an even grid by more than their rounding: only then do they tell a mode from
+/// its image.
 ///
-/// An even recorder whose stamps are written with few digits was not uneven: the digits say nothing of when it sampled.
-/// Rows that are missing leave the others on the grid.
+/// An even recorder whose stamps are written with few digits was not uneven: the digits say nothing of when
+/// it sampled. Rows that are missing leave the others on the grid.
 pub(crate) fn are_uneven(time_s: &[f64]) -> bool {
     let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
     if intervals.is_empty() {
@@ -54,7 +56,8 @@ pub(crate) fn are_uneven(time_s: &[f64]) -> bool {
     rms > EVEN * interval_s && furthest > ROUNDED * last_decimal_place(time_s)
 }
 
-/// Usual interval from which stamps may not be seconds, s: a machine whose modes are below a tenth of this rate is rare.
+/// Usual interval from which stamps may not be seconds, s: a machine whose modes are below a tenth of this
+/// rate is rare.
 const DOUBTFUL_S: f64 = 0.5;
 /// Usual interval from which they are not, s: at 100 Hz to 500 Hz, milliseconds give 10 to 2.
 const ABSURD_S: f64 = 2.0;
@@ -141,8 +144,8 @@ pub(crate) fn sensor_step(values: &[f64]) -> f64 {
 
 /// Samples that repeat the one before although the signal is on its way up or down: frames delivered twice.
 ///
-/// Coarse samples repeat by chance, about once in as many samples as the signal moves steps from one to the next; only
-/// clearly more than that counts.
+/// Coarse samples repeat by chance, about once in as many samples as the signal moves steps from one to the
+/// next; only clearly more than that counts.
 fn repeated(values: &[f64]) -> Vec<usize> {
     let resolution = sensor_step(values);
     let most = values.iter().fold(f64::NEG_INFINITY, |top, v| top.max(*v));

@@ -1,8 +1,9 @@
 //! Lines of a spectrum that are driven and not structural: forced tones.
 //!
-//! A mode left alone decays; what keeps its amplitude over many periods is driven. A line is called a tone when
-//! its own band holds its amplitude over a stretch of the record and either ends abruptly, faster than anything that
-//! rings so long could, or shows no decay at all, or keeps step with the mains or with another tone.
+//! A mode left alone decays; what keeps its amplitude over many periods is driven. A line is called a tone
+//! when its own band holds its amplitude over a stretch of the record and either ends abruptly, faster than
+//! anything that rings so long could, or shows no decay at all, or keeps step with the mains or with another
+//! tone.
 
 use crate::decay_modes::Uniform;
 use crate::modal_response::{Pole, free_response};
@@ -91,7 +92,8 @@ pub(crate) fn take_hum_out(time_s: &[f64], values: &mut [f64]) -> bool {
 /// Peaks this far above the floor around them (a power ratio, 14 dB) are looked at, so many at most.
 const ABOVE_FLOOR: f64 = 25.0;
 const MOST: usize = 10;
-/// Share of its largest amplitude that a tone holds while it sounds; a drive that speeds up and slows down modulates it.
+/// Share of its largest amplitude that a tone holds while it sounds; a drive that speeds up and slows down
+/// modulates it.
 const HELD: f64 = 0.25;
 /// Nepers by which a tone's amplitude may fall over its stretch.
 const FALL: f64 = 0.3;

@@ -5,9 +5,9 @@ use crate::warnings::{FastPassage, Quantity, Warning, WarningKind};
 /// Modes this close, as a share of the frequency, are one mode in two recordings.
 const SAME_MODE: f64 = 0.01;
 
-/// The warnings without what others among them say already: repetitions; fast sweeps, which become one warning; a dependence on amplitude where the course of
-/// the same decay shows the change, which may be one with time; and a disagreement of methods where the quantity is known
-/// to change.
+/// The warnings without what others among them say already: repetitions; fast sweeps, which become one
+/// warning; a dependence on amplitude where the course of the same decay shows the change, which may be one
+/// with time; and a disagreement of methods where the quantity is known to change.
 pub fn merged(warnings: Vec<Warning>) -> Vec<Warning> {
     let warnings = one_sweep(warnings);
     let told = |kinds: fn(&WarningKind) -> Option<(f64, Quantity)>| -> Vec<(f64, Quantity)> {
@@ -39,8 +39,8 @@ pub fn merged(warnings: Vec<Warning>) -> Vec<Warning> {
     kept
 }
 
-/// One warning for all that a sweep passes too fast, where the first one stood. Of a mode in several recordings the fastest
-/// passage.
+/// One warning for all that a sweep passes too fast, where the first one stood. Of a mode in several
+/// recordings the fastest passage.
 fn one_sweep(warnings: Vec<Warning>) -> Vec<Warning> {
     let mut passages: Vec<FastPassage> = Vec::new();
     let all = warnings.iter().filter_map(|warning| match &warning.kind {

@@ -1,8 +1,8 @@
 //! The noise as an autoregression, and the filter that makes it white.
 //!
-//! Least squares on filtered residuals weighs every frequency by how little noise it holds. The order is chosen
-//! by Schwarz's criterion among those of the Levinson recursion; the first rows of every unbroken run are
-//! filtered by the predictors of lower order, so that no row is lost.
+//! Least squares on filtered residuals weighs every frequency by how little noise it holds. The order is
+//! chosen by Schwarz's criterion among those of the Levinson recursion; the first rows of every unbroken run
+//! are filtered by the predictors of lower order, so that no row is lost.
 
 use std::ops::Range;
 

@@ -21,8 +21,9 @@ fn coloured(seed: u64, n: usize, rho: f64, deviation: f64) -> Vec<f64> {
 
 /// Checks root mean square and 95 % coverage of normalised errors.
 ///
-/// With 64 seeds a right claim gives 1.00 +- 0.09 and 95 +- 2.7 %; errors claimed twice too small give 2.0 and
-/// 67 %, twice too large 0.5: the bounds lie four standard deviations from the former and shut out the latter.
+/// With 64 seeds a right claim gives 1.00 +- 0.09 and 95 +- 2.7 %; errors claimed twice too small give 2.0
+/// and 67 %, twice too large 0.5: the bounds lie four standard deviations from the former and shut out the
+/// latter.
 fn check(name: &str, errors: &[f64]) {
     let n = errors.len() as f64;
     let rms = (errors.iter().map(|z| z * z).sum::<f64>() / n).sqrt();
@@ -74,7 +75,8 @@ fn intervals_of_a_sweep_hold_in_white_noise() {
 
 #[test]
 fn intervals_of_a_sweep_hold_in_coloured_noise() {
-    // Eleven times the power of white noise at 1.1 Hz: standard errors for white noise would be 3.6 times too small.
+    // Eleven times the power of white noise at 1.1 Hz: standard errors for white noise would be 3.6 times too
+    // small.
     sweep_errors(Sweep::Linear, 0.9, 64);
 }
 

@@ -1,4 +1,5 @@
-//! A base that a force pushes along a guide with viscous friction: beside the modes a real pole, and modes out of phase.
+//! A base that a force pushes along a guide with viscous friction: beside the modes a real pole, and modes
+//! out of phase.
 
 mod synthetic;
 
@@ -34,7 +35,8 @@ impl Errors {
     }
 }
 
-/// How far the errors may be above the Cramér-Rao bound: with 32 seeds an efficient estimator's rms scatters by an eighth.
+/// How far the errors may be above the Cramér-Rao bound: with 32 seeds an efficient estimator's rms scatters
+/// by an eighth.
 const ABOVE_BOUND: f64 = 1.4;
 
 /// With 32 seeds right intervals cover 95 +- 3.9 %; intervals half as wide as they should be cover 67 %.
@@ -74,8 +76,8 @@ fn a_force_on_a_base_with_friction_gives_both_modes_and_a_real_pole() {
     check(Sweep::Linear, 32, [1e-5, 5e-4, 1e-4, 5e-3, 5e-3]);
 }
 
-/// The sweep passes the second mode four times as fast as the linear one: no estimator could have its damping to better than
-/// 2.7 % of itself from it, and this one has what there is.
+/// The sweep passes the second mode four times as fast as the linear one: no estimator could have its damping
+/// to better than 2.7 % of itself from it, and this one has what there is.
 #[test]
 fn of_a_sweep_that_hurries_through_the_second_mode_the_fit_gets_all_there_is() {
     check(Sweep::Exponential, 32, [3e-6, 2e-4, 1.5e-4, 4e-2, 2e-3]);

@@ -15,7 +15,8 @@ fn modes(damping: [f64; 2]) -> [Mode; 2] {
     ]
 }
 
-/// Base position to tip: sum of participation times r² / (1 - r² + 2 i zeta r), r = f over the mode's frequency.
+/// Base position to tip: sum of participation times r² / (1 - r² + 2 i zeta r), r = f over the mode's
+/// frequency.
 fn truth(modes: &[Mode], f: f64) -> Complex64 {
     modes.iter().fold(Complex64::new(0.0, 0.0), |sum, mode| {
         let r = f / mode.frequency_hz;
@@ -75,7 +76,8 @@ fn local_variances_are_those_of_repeated_experiments() {
 
 #[test]
 fn h1_h2_and_hv_differ_as_the_noise_on_input_and_output_says() {
-    // White input, response 1: noise on the output raises H2, noise on the input lowers H1, by one plus its power.
+    // White input, response 1: noise on the output raises H2, noise on the input lowers H1, by one plus its
+    // power.
     let mut noise = Noise(1);
     let mut normal = |n: usize| -> Vec<f64> { (0..n).map(|_| noise.normal()).collect() };
     let (x, n) = (normal(200_000), normal(200_000));

@@ -1,4 +1,5 @@
-//! A base that goes there and back and then rests while the structure rings: the quickest excitation there is.
+//! A base that goes there and back and then rests while the structure rings: the quickest excitation there
+//! is.
 
 mod synthetic;
 

@@ -1,4 +1,5 @@
-//! Real recordings that are no part of this repository: forced tones that look like modes, and a plant that hardens.
+//! Real recordings that are no part of this repository: forced tones that look like modes, and a plant that
+//! hardens.
 
 use std::path::PathBuf;
 
@@ -38,8 +39,8 @@ fn a_line_that_steppers_drive_is_called_a_forced_tone() {
     }
 }
 
-/// Each of these is one pluck of a belt tuned to about 110 Hz, or several: an impact that rings the gantry above 600 Hz
-/// for some 50 ms, up to a hundred times louder than the belt, and then the belt alone.
+/// Each of these is one pluck of a belt tuned to about 110 Hz, or several: an impact that rings the gantry
+/// above 600 Hz for some 50 ms, up to a hundred times louder than the belt, and then the belt alone.
 #[test]
 fn a_plucked_belt_rings_at_its_tuning() {
     for name in ["belt_A_1", "belt_A_2", "belt_A_test", "belt_B_1", "belt_B_2", "calibration_A_1"] {

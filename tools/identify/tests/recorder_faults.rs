@@ -1,4 +1,5 @@
-//! What a recorder does wrong without saying so: frames lost under even stamps, and modes beyond half its rate.
+//! What a recorder does wrong without saying so: frames lost under even stamps, and modes beyond half its
+//! rate.
 
 mod synthetic;
 

@@ -1,5 +1,5 @@
-//! What the classical methods say beside the fit: they start it, they are listed with errors that can be relied on, and
-//! they disagree only where the record holds more than the fitted modes and noise.
+//! What the classical methods say beside the fit: they start it, they are listed with errors that can be
+//! relied on, and they disagree only where the record holds more than the fitted modes and noise.
 
 mod synthetic;
 
@@ -38,7 +38,8 @@ fn leakage_of_a_short_sweep_is_no_disagreement_and_the_methods_start_the_fit() {
                     let check = mode.cross_checks.iter().find(|check| check.method == name);
                     check.and_then(|check| check.damping_ratio)
                 };
-                // Leakage doubles or halves what a windowed transform of the whole record says of the damping.
+                // Leakage doubles or halves what a windowed transform of the whole record says of the
+                // damping.
                 let leaking = method("complex_frequency").or(method("complex_exponential")).unwrap();
                 assert!((leaking.value / mode.damping_ratio.value - 1.0).abs() > 0.2, "{leaking:?}");
                 assert!(leaking.stderr > 0.2 * mode.damping_ratio.value, "{leaking:?}");
@@ -63,7 +64,8 @@ fn leakage_of_a_short_sweep_is_no_disagreement_and_the_methods_start_the_fit() {
     }
 }
 
-/// Without noise standard errors are those of rounding, and methods that agree to nine digits are many of them apart.
+/// Without noise standard errors are those of rounding, and methods that agree to nine digits are many of
+/// them apart.
 #[test]
 fn without_noise_digits_that_no_record_shows_are_no_disagreement() {
     for sweep in [Sweep::Linear, Sweep::Exponential] {
@@ -117,7 +119,8 @@ fn a_decay_is_seen_by_its_methods_too_and_they_agree_with_the_fit() {
     }
 }
 
-/// A knock whose first tenth of a second is not a free decay, and a short, weak mode that only the realisation finds.
+/// A knock whose first tenth of a second is not a free decay, and a short, weak mode that only the
+/// realisation finds.
 #[test]
 fn a_knock_that_drowns_the_mode_at_first_is_read_from_where_modes_explain_it() {
     let rate_hz = 3200.0;

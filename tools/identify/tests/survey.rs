@@ -76,7 +76,8 @@ fn standard_errors_of_the_local_rational_method_are_those_of_repeated_experiment
 
 #[test]
 fn complex_frequency_on_a_windowed_spectrum_misses_the_damping_and_on_the_local_response_does_not() {
-    // No noise at all: what is left is leakage, because 1.1 Hz at 0.74 % rings for longer than its lines resolve.
+    // No noise at all: what is left is leakage, because 1.1 Hz at 0.74 % rings for longer than its lines
+    // resolve.
     let modes = beam(LIGHT);
     let survey = survey_forced(&uniform(&sweep_record(Sweep::Linear, &modes, 1, 0.0, 1)), None);
     let nearest = |method, truth: &Mode| {

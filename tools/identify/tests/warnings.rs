@@ -1,5 +1,5 @@
-//! Warnings that save people: every fault of a record is told, a sound record of the same machine is told nothing, and what is
-//! not fitted is listed with its reason.
+//! Warnings that save people: every fault of a record is told, a sound record of the same machine is told
+//! nothing, and what is not fitted is listed with its reason.
 
 mod synthetic;
 

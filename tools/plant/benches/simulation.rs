@@ -1,5 +1,5 @@
-//! Speed of simulations: `cargo bench -p stillbeam-plant`. Criterion's bench profile is the release one with debug checks
-//! off; docs/results/plant.md holds the medians.
+//! Speed of simulations: `cargo bench -p stillbeam-plant`. Criterion's bench profile is the release one with
+//! debug checks off; docs/results/plant.md holds the medians.
 
 use std::hint::black_box;
 

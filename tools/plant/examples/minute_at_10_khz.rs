@@ -1,7 +1,8 @@
-//! How long a minute of the paper's beam at 10 kHz takes, whole and tick by tick, and 80 s at 100 Hz with dry friction.
+//! How long a minute of the paper's beam at 10 kHz takes, whole and tick by tick, and 80 s at 100 Hz with dry
+//! friction.
 //!
-//! `cargo run --profile host -p stillbeam-plant --example minute_at_10_khz`; with a file name as argument it also writes the
-//! state space of the force-driven beam there, for host-tests/peers/simulation_speed.py.
+//! `cargo run --profile host -p stillbeam-plant --example minute_at_10_khz`; with a file name as argument it
+//! also writes the state space of the force-driven beam there, for host-tests/peers/simulation_speed.py.
 
 use std::error::Error;
 use std::hint::black_box;

@@ -1,7 +1,7 @@
 //! The transition of a state over a step, kept as the diagonal blocks that it consists of.
 //!
-//! In modal coordinates every mode moves for itself: two rows that know nothing of the others. The cost of a step then grows with
-//! the number of modes and not with its square.
+//! In modal coordinates every mode moves for itself: two rows that know nothing of the others. The cost of a
+//! step then grows with the number of modes and not with its square.
 
 use std::ops::Range;
 

@@ -63,8 +63,8 @@ impl Camera {
         Self { rate_hz, delay_s: 0.0, noise_rms_m: 0.0, quantum_m: 0.0, seed: 0 }
     }
 
-    /// What the camera reports of a deflection that is known at every tick (metres): one entry per tick, NaN where
-    /// there is no frame. The first tick has a frame.
+    /// What the camera reports of a deflection that is known at every tick (metres): one entry per tick, NaN
+    /// where there is no frame. The first tick has a frame.
     ///
     /// A delay that is no whole number of ticks reads between them in a straight line; before the first tick
     /// the tip is where it is at the first.

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use crate::model::InvalidParameter;
 use crate::model::positive;
 
-/// A second-order position servo, `[drive]` of a model file:
-/// `y'' + 2 zeta omega y' + omega² y = omega² setpoint`, reaction of the beam on the base neglected (a stiff servo).
+/// A second-order position servo, `[drive]` of a model file: `y'' + 2 zeta omega y' + omega² y = omega²
+/// setpoint`, reaction of the beam on the base neglected (a stiff servo).
 ///
 /// | key | meaning | range |
 /// |---|---|---|

@@ -1,5 +1,5 @@
-//! The plant: a non-uniform flexible beam clamped to a translating base, or modes, or bodies and springs, from model file to
-//! simulation.
+//! The plant: a non-uniform flexible beam clamped to a translating base, or modes, or bodies and springs,
+//! from model file to simulation.
 //!
 //! ```text
 //! setpoint ──▶ drive ──▶ base y(t) ──▶ beam w(x, t) ──▶ camera ──▶ recorded tip

@@ -54,8 +54,8 @@ impl LinearSystem {
     }
 }
 
-/// Matrix exponential by its series, after halving the matrix until the series is short and before squaring the
-/// result as often. `None` when an entry is not finite or the halvings are more than any plant needs.
+/// Matrix exponential by its series, after halving the matrix until the series is short and before squaring
+/// the result as often. `None` when an entry is not finite or the halvings are more than any plant needs.
 pub(crate) fn exponential(mut matrix: DMatrix<f64>) -> Option<DMatrix<f64>> {
     // Every squaring may double the rounding error; 2^40 is a million radians per step, squared.
     const MOST_HALVINGS: i32 = 40;

@@ -28,9 +28,9 @@ impl Move {
 /// What [`measure_move`] found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MoveMetrics {
-    /// Seconds from the command's start to the first sample from which on the tip stays within the band around
-    /// the target to the end of the record; `None` when the last sample is still outside. Resolved to a
-    /// sample, not interpolated.
+    /// Seconds from the command's start to the first sample from which on the tip stays within the band
+    /// around the target to the end of the record; `None` when the last sample is still outside. Resolved to
+    /// a sample, not interpolated.
     pub settling_time_s: Option<f64>,
     /// Furthest that the tip's absolute position goes beyond the target, in the direction of the move, in
     /// percent of the move's length; 0 when it never does.

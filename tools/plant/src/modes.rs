@@ -103,9 +103,9 @@ fn clamped_spectrum(model: &BeamOnBase, beam: &Galerkin) -> Result<Vec<ClampedMo
 
 /// Base and beam as one structure, driven by a force on the base: the modes of eq. 12, reduced.
 ///
-/// Coordinates are mass-normalised: `eta'' + D eta' + Λ eta = base · u`, entry 0 being the rigid translation and the
-/// rest the flexible modes kept. `D` is full, because damping of the beam and of the base do not share the
-/// modes of the undamped structure.
+/// Coordinates are mass-normalised: `eta'' + D eta' + Λ eta = base · u`, entry 0 being the rigid translation
+/// and the rest the flexible modes kept. `D` is full, because damping of the beam and of the base do not
+/// share the modes of the undamped structure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CoupledModes {
     /// Undamped natural frequencies in rad/s; entry 0 is 0.
@@ -119,7 +119,8 @@ pub struct CoupledModes {
 }
 
 impl CoupledModes {
-    /// Frequency (hertz) and damping ratio of the flexible modes, lowest first: what a force-driven sweep shows.
+    /// Frequency (hertz) and damping ratio of the flexible modes, lowest first: what a force-driven sweep
+    /// shows.
     ///
     /// The ratio neglects the off-diagonal entries of `D`, an error of second order in the damping.
     pub fn flexible(&self) -> Vec<(f64, f64)> {
@@ -129,12 +130,13 @@ impl CoupledModes {
     }
 }
 
-/// The modes with the base *free* under force: rigid translation and as many flexible modes as the model keeps.
+/// The modes with the base *free* under force: rigid translation and as many flexible modes as the model
+/// keeps.
 ///
 /// The problem is set up in the clamped modes, all of them, which span the same space as the basis of eq. 9:
-/// `M = [[J, gᵀ], [g, 1]]`, `K = diag(0, omega²)`, `C = diag(viscous, 2 zeta omega)`. So the damping of a model
-/// file means the same beam whether its base is held or free. A flexible mode moves no momentum,
-/// `J y + g · eta = 0`, which takes the base out of the eigenproblem and leaves `M = 1 − g gᵀ / J`; the rigid
+/// `M = [[J, gᵀ], [g, 1]]`, `K = diag(0, omega²)`, `C = diag(viscous, 2 zeta omega)`. So the damping of a
+/// model file means the same beam whether its base is held or free. A flexible mode moves no momentum, `J y +
+/// g · eta = 0`, which takes the base out of the eigenproblem and leaves `M = 1 − g gᵀ / J`; the rigid
 /// translation is known without it.
 ///
 /// # Errors
@@ -169,10 +171,11 @@ pub fn coupled_modes(model: &BeamOnBase) -> Result<CoupledModes, PlantError> {
     })
 }
 
-/// Solves `K v = omega² M v`: circular frequencies in rad/s, ascending, and vectors with `vᵀ M v = 1` as columns.
+/// Solves `K v = omega² M v`: circular frequencies in rad/s, ascending, and vectors with `vᵀ M v = 1` as
+/// columns.
 ///
-/// The solver's error is rounding times the *largest* eigenvalue, so the problem is turned round,
-/// `M v = omega⁻² K v`: the lowest modes, which count, then have the largest eigenvalues and all their digits.
+/// The solver's error is rounding times the *largest* eigenvalue, so the problem is turned round, `M v =
+/// omega⁻² K v`: the lowest modes, which count, then have the largest eigenvalues and all their digits.
 ///
 /// # Errors
 /// [`PlantError::Degenerate`] when either matrix is not positive definite.

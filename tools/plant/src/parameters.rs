@@ -7,7 +7,8 @@
 //! | lumped | `body.slider.mass`, `spring.slider-ground.stiffness`, `damper.slider-ground.damping` |
 //! | all | `drive.bandwidth_hz`, `drive.damping_ratio`, `input.gain`, `physics.1.force` |
 //!
-//! A path in `[fixed]` holds for everything below it: `beam.damping_ratio` fixes `beam.damping_ratio.1` and `.2`.
+//! A path in `[fixed]` holds for everything below it: `beam.damping_ratio` fixes `beam.damping_ratio.1` and
+//! `.2`.
 
 use crate::catalogue;
 use crate::model::{BeamDamping, InvalidParameter, Model, Problem, lies_below, pair};

@@ -61,10 +61,9 @@ impl PrescribedBase {
     /// [`PrescribedBase::step`] returns.
     ///
     /// # Errors
-    /// [`PlantError::NotPrescribed`] when the input is not a motion of the base, [`PlantError::Measure`] for a model with
-    /// more than a linear plant, [`PlantError::Rate`] when the
-    /// rate is not a positive number, [`PlantError::Invalid`], [`PlantError::Degenerate`],
-    /// [`PlantError::TooFast`].
+    /// [`PlantError::NotPrescribed`] when the input is not a motion of the base, [`PlantError::Measure`] for
+    /// a model with more than a linear plant, [`PlantError::Rate`] when the rate is not a positive number,
+    /// [`PlantError::Invalid`], [`PlantError::Degenerate`], [`PlantError::TooFast`].
     pub fn new(model: &Model, tick_rate_hz: f64, start_m: f64) -> Result<Self, PlantError> {
         model.check()?;
         if !is_linear(model)? {

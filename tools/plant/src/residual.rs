@@ -34,15 +34,15 @@ impl ResidualVibration {
     /// Samples per period of the fastest mode in the search for the peak: it is missed by less than 0.01 %.
     const SAMPLES_PER_PERIOD: f64 = 256.0;
 
-    /// Runs a plant at rest through the setpoints (metres, one per tick, starting from `plant`'s position) and
-    /// takes the vibration that is left at the end of the command.
+    /// Runs a plant at rest through the setpoints (metres, one per tick, starting from `plant`'s position)
+    /// and takes the vibration that is left at the end of the command.
     ///
     /// Behind a servo the base goes on moving after the setpoint has stopped; then the amplitudes are taken
     /// when the servo has arrived, the same time later for every command, so that ratios are not touched.
     ///
     /// # Errors
-    /// [`PlantError::Measure`] when there is no setpoint; [`PlantError::TooFast`] behind a servo so slow that the
-    /// fastest mode cannot be followed until it has settled.
+    /// [`PlantError::Measure`] when there is no setpoint; [`PlantError::TooFast`] behind a servo so slow that
+    /// the fastest mode cannot be followed until it has settled.
     pub fn after(mut plant: PrescribedBase, setpoint_m: &[f64]) -> Result<Self, PlantError> {
         let Some(&target_m) = setpoint_m.last() else {
             return Err(PlantError::Measure { what: "there is no setpoint", remedy: "give at least one" });

@@ -39,16 +39,19 @@ pub enum Feedback {
 pub struct SimulateOptions {
     /// What a force does between samples.
     pub hold: Hold,
-    /// Rate of the output samples in hertz, counted from the first input sample; `None`: at the input's times.
+    /// Rate of the output samples in hertz, counted from the first input sample; `None`: at the input's
+    /// times.
     pub output_rate_hz: Option<f64>,
     /// Closed loop or open.
     pub feedback: Feedback,
-    /// Whether the model's sensors add their noise; without it a simulation is what the sensor would read on average.
+    /// Whether the model's sensors add their noise; without it a simulation is what the sensor would read on
+    /// average.
     pub sensor_noise: bool,
     /// Another seed is another draw of that noise, for every sensor; 0 is the draw of the sensors' own seeds.
     pub noise_seed: u64,
-    /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one from the
-    /// plant's fastest motion. A law that needs shorter ones takes its share of it (a play a quarter). Half of it quarters the error.
+    /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one
+    /// from the plant's fastest motion. A law that needs shorter ones takes its share of it (a play a
+    /// quarter). Half of it quarters the error.
     pub longest_step_s: Option<f64>,
 }
 
@@ -68,15 +71,16 @@ pub fn simulate(model: &Model, recording: &Recording) -> Result<Recording, Plant
 /// output rate; its name is the recording's with `, simulated`. Between samples nothing is approximated, so
 /// the outputs depend on neither the input's nor the output's rate, beyond what [`Hold`] says.
 ///
-/// Left-out physics, sensors and a controller take the plant through sub-steps ([`SimulateOptions::longest_step_s`]);
-/// the linear part stays exact, forces are of second order.
+/// Left-out physics, sensors and a controller take the plant through sub-steps
+/// ([`SimulateOptions::longest_step_s`]); the linear part stays exact, forces are of second order.
 ///
 /// A velocity output under base motion is the mean of the two speeds at a tick, where it jumps.
 ///
 /// # Errors
-/// [`PlantError::NoInput`] for a free-decay model; [`PlantError::Recording`] when the column (or the controller's reference) is missing or the
-/// recording malformed; [`PlantError::InputGap`]; [`PlantError::Rate`] and [`PlantError::OutputSize`] for the
-/// output rate; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
+/// [`PlantError::NoInput`] for a free-decay model; [`PlantError::Recording`] when the column (or the
+/// controller's reference) is missing or the recording malformed; [`PlantError::InputGap`];
+/// [`PlantError::Rate`] and [`PlantError::OutputSize`] for the output rate; [`PlantError::Invalid`],
+/// [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
 pub fn simulate_with(
     model: &Model,
     recording: &Recording,
@@ -132,8 +136,8 @@ pub fn simulate_with(
 }
 
 impl Model {
-    /// Whether nothing but the linear plant lies between input and outputs: no left-out physics but linear one, no
-    /// controller, no sensors, no limits of the drive.
+    /// Whether nothing but the linear plant lies between input and outputs: no left-out physics but linear
+    /// one, no controller, no sensors, no limits of the drive.
     pub fn is_linear(&self) -> bool {
         self.setup().controller.is_none() && is_linear(self).unwrap_or(false)
     }
@@ -197,7 +201,8 @@ fn run_machine(
 ///
 /// # Errors
 /// [`PlantError::InitialStates`] unless there is one state per mode; [`PlantError::Recording`] when the times
-/// do not increase or are fewer than a recording needs; [`PlantError::Invalid`], [`PlantError::Degenerate`] and [`PlantError::TooFast`] for the model.
+/// do not increase or are fewer than a recording needs; [`PlantError::Invalid`], [`PlantError::Degenerate`]
+/// and [`PlantError::TooFast`] for the model.
 pub fn free_decay(model: &Model, initial: &[ModalState], time_s: Vec<f64>) -> Result<Recording, PlantError> {
     let space = StateSpace::held(model)?;
     let mut state: Vec<f64> = initial.iter().flat_map(|state| [state.displacement, state.velocity]).collect();

@@ -1,4 +1,5 @@
-//! The paper's eqs. 10 and 11: the basis functions and the frequency equation of a uniform beam on a free base.
+//! The paper's eqs. 10 and 11: the basis functions and the frequency equation of a uniform beam on a free
+//! base.
 
 mod support;
 
@@ -79,8 +80,8 @@ fn the_corrected_equation_11_gives_the_finite_elements_frequencies() {
             assert!((omega_rad_s(lambda_l) / exact - 1.0).abs() < 1e-5, "{base_kg} {lambda_l}");
         }
     }
-    // The paper's base mass, lengths in metres: the base's effect is small, so the printed form looks right, and is
-    // wrong by more than Table 1 resolves.
+    // The paper's base mass, lengths in metres: the base's effect is small, so the printed form looks right,
+    // and is wrong by more than Table 1 resolves.
     let exact = finite_element_omegas(2.5);
     let printed = roots(2, |z| printed_eq_11(z, BEAM_KG / 2.5, LENGTH_M));
     let errors: Vec<f64> = printed.iter().zip(&exact[1..]).map(|(z, w)| omega_rad_s(*z) / w - 1.0).collect();
@@ -113,7 +114,8 @@ fn the_roots_of_the_printed_equation_11_depend_on_the_unit_of_length() {
 
 #[test]
 fn the_crates_basis_of_clamped_functions_gives_the_same_coupled_modes() {
-    // The crate uses the held base's functions (eq. 10 in the limit of a heavy base) and lets eq. 13 do the coupling.
+    // The crate uses the held base's functions (eq. 10 in the limit of a heavy base) and lets eq. 13 do the
+    // coupling.
     for base_kg in [0.25, 2.5] {
         let mut model = beam(Profile::Uniform(WIDTH_M), Profile::Uniform(THICKNESS_M), 2);
         model.base_mass_kg = base_kg;

@@ -1,4 +1,5 @@
-//! The paper's eqs. 1 to 8: energies, equations of motion and boundary conditions. docs/errata.md lists the verdicts.
+//! The paper's eqs. 1 to 8: energies, equations of motion and boundary conditions. docs/errata.md lists the
+//! verdicts.
 
 mod support;
 
@@ -26,7 +27,8 @@ fn admissible_shapes() -> Vec<Polynomial> {
     ]
 }
 
-/// `I(x)` of a strip that thins by a fifth and widens by half: a polynomial, so that eq. 4 can be read literally.
+/// `I(x)` of a strip that thins by a fifth and widens by half: a polynomial, so that eq. 4 can be read
+/// literally.
 fn tapered_inertia() -> Polynomial {
     let width = Polynomial(vec![0.02, 0.01 / LENGTH_M]);
     let thickness = Polynomial(vec![0.0013, -0.00026 / LENGTH_M]);
@@ -36,8 +38,8 @@ fn tapered_inertia() -> Polynomial {
 
 #[test]
 fn equation_4_follows_from_the_energy_of_equation_2_with_two_derivatives_inside_not_three() {
-    // Hamilton's principle asks that the work of the elastic forces over any admissible change v be that of eq. 2:
-    // ∫ v (I w_xx)_xx dx = ∫ I w_xx v_xx dx.
+    // Hamilton's principle asks that the work of the elastic forces over any admissible change v be that of
+    // eq. 2: ∫ v (I w_xx)_xx dx = ∫ I w_xx v_xx dx.
     let inertia = tapered_inertia();
     for w in admissible_shapes() {
         for v in admissible_shapes() {
@@ -68,7 +70,8 @@ fn equation_4_gives_the_static_sag_of_an_accelerated_beam_only_with_two_derivati
 
 #[test]
 fn the_terms_of_equation_4_have_the_same_unit_only_with_two_derivatives_inside() {
-    // The same beam with lengths in millimetres: E I in N mm² is 1e6 times that in N m², w and x are 1e3 times.
+    // The same beam with lengths in millimetres: E I in N mm² is 1e6 times that in N m², w and x are 1e3
+    // times.
     let metres = admissible_shapes().remove(1);
     let powers = (0..).zip(&metres.0);
     let millimetres = Polynomial(powers.map(|(power, c)| 1e3 * c * 1e-3_f64.powi(power)).collect());
@@ -81,8 +84,8 @@ fn the_terms_of_equation_4_have_the_same_unit_only_with_two_derivatives_inside()
 
 #[test]
 fn equation_8_is_the_natural_condition_of_a_tapered_tip_too() {
-    // What Hamilton's principle leaves at the tip is I w_xx = 0 and (I w_xx)_x = 0. With I(l) > 0 that is eq. 8: a
-    // shape with w_xx = w_xxx = 0 has both, one with w_xxx alone different from zero has not.
+    // What Hamilton's principle leaves at the tip is I w_xx = 0 and (I w_xx)_x = 0. With I(l) > 0 that is eq.
+    // 8: a shape with w_xx = w_xxx = 0 has both, one with w_xxx alone different from zero has not.
     let inertia = tapered_inertia();
     let l = LENGTH_M;
     let shear = |w: &Polynomial| inertia.times(&w.derivative(2)).derivative(1).at(l);
@@ -97,7 +100,8 @@ fn equation_8_is_the_natural_condition_of_a_tapered_tip_too() {
 
 #[test]
 fn equation_5_says_that_free_vibration_moves_no_momentum() {
-    // Finite elements know nothing of eq. 5: in each of their flexible modes base and beam together stand still.
+    // Finite elements know nothing of eq. 5: in each of their flexible modes base and beam together stand
+    // still.
     let (width_m, thickness_m) = (|_| 0.025, |x: f64| 0.0013 - 0.0003 * x / LENGTH_M);
     let beam = finite_elements::Beam {
         length_m: LENGTH_M,
@@ -109,7 +113,8 @@ fn equation_5_says_that_free_vibration_moves_no_momentum() {
     for base_kg in [0.1, 2.5] {
         let (mass, stiffness) = finite_elements::matrices(&beam, 40, &Root::Sliding(base_kg));
         let (_, shapes) = finite_elements::modes(mass.clone(), &stiffness);
-        // The first freedom is the root's deflection, the slopes between the others; the root's own slope is left out.
+        // The first freedom is the root's deflection, the slopes between the others; the root's own slope is
+        // left out.
         let translation =
             DVector::from_fn(mass.nrows(), |row, _| if row % 2 == 1 || row == 0 { 1.0 } else { 0.0 });
         let total_kg = translation.dot(&(&mass * &translation));
@@ -124,8 +129,8 @@ fn equation_5_says_that_free_vibration_moves_no_momentum() {
 
 #[test]
 fn the_energies_of_equations_1_and_2_are_the_matrices_energies() {
-    // ½ q'ᵀ M q' and ½ qᵀ K q of the Galerkin matrices against the integrals of eqs. 1 and 2, taken by finite elements
-    // of the same deflection: the stiffness and mass of the first clamped shape.
+    // ½ q'ᵀ M q' and ½ qᵀ K q of the Galerkin matrices against the integrals of eqs. 1 and 2, taken by finite
+    // elements of the same deflection: the stiffness and mass of the first clamped shape.
     let model = support::beam(
         Profile::Corners(vec![[0.0, 0.02], [0.9, 0.03]]),
         Profile::Corners(vec![[0.0, 0.0013], [0.9, 0.00104]]),

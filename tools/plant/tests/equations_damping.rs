@@ -63,8 +63,8 @@ fn equation_22_gives_the_damping_of_every_mode_of_equation_23() {
 
 #[test]
 fn equation_21_to_the_letter_brakes_the_base_against_nothing() {
-    // alpha1 M holds alpha1 J y': a base that was pushed and let go would lose its momentum to no force. Only damping of
-    // the beam's motion relative to its base leaves it.
+    // alpha1 M holds alpha1 J y': a base that was pushed and let go would lose its momentum to no force. Only
+    // damping of the beam's motion relative to its base leaves it.
     let (mass, stiffness) = paper_matrices(3);
     let poles = poles(&mass, &stiffness, [0.08, 1e-4]);
     assert!(poles[0].norm() < 1e-6 && (poles[1] + 0.08).norm() < 1e-6, "{:?}", &poles[..2]);
@@ -90,7 +90,8 @@ fn two_rows_of_table_1_make_rayleigh_damping_that_drives_the_vibration() {
     let fastest =
         |alphas| poles(&mass, &stiffness, alphas).iter().map(|pole| pole.re).fold(f64::MIN, f64::max);
     assert!(fastest(linear) > 1e-3, "{}", fastest(linear));
-    // 7 octaves per minute: alpha2 < 0, so every mode above a certain frequency grows, the fourth one already.
+    // 7 octaves per minute: alpha2 < 0, so every mode above a certain frequency grows, the fourth one
+    // already.
     assert!(seven[0] > 0.0 && seven[1] < 0.0, "{seven:?}");
     let limit_hz = (-seven[0] / seven[1]).sqrt() / TAU;
     assert!((limit_hz - 23.0).abs() < 0.05, "{limit_hz}");

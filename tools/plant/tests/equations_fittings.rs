@@ -1,4 +1,5 @@
-//! Two things the paper leaves out, a mass at the tip and a clamp that turns: against closed forms and finite elements.
+//! Two things the paper leaves out, a mass at the tip and a clamp that turns: against closed forms and finite
+//! elements.
 
 mod support;
 
@@ -47,8 +48,8 @@ fn assert_close(what: &str, found: f64, expected: f64, tolerance: f64) {
     assert!((found / expected - 1.0).abs() < tolerance, "{what}: found {found}, expected {expected}");
 }
 
-/// `1 + cos z cosh z + a z (cos z sinh z − sin z cosh z)`, with `a` the tip's mass over the beam's, or the compliance of the
-/// clamp over that of the beam, `E I / (k l)`: both have the same equation.
+/// `1 + cos z cosh z + a z (cos z sinh z − sin z cosh z)`, with `a` the tip's mass over the beam's, or the
+/// compliance of the clamp over that of the beam, `E I / (k l)`: both have the same equation.
 fn frequency_equation(z: f64, a: f64) -> f64 {
     1.0 + z.cos() * z.cosh() + a * z * (z.cos() * z.sinh() - z.sin() * z.cosh())
 }
@@ -106,8 +107,9 @@ fn tapered_beams_with_both_agree_with_finite_elements_on_held_and_free_bases() {
 
 #[test]
 fn three_per_cent_of_either_makes_a_uniform_strip_as_far_apart_as_table_1_says() {
-    // The exponential sweeps have ratios of 6.293 to 6.304, a uniform strip 6.267. So a camera's target of six grams, or a
-    // clamp of 22 N m/rad, explains them as well as a taper does. The effect grows with the square of either.
+    // The exponential sweeps have ratios of 6.293 to 6.304, a uniform strip 6.267. So a camera's target of
+    // six grams, or a clamp of 22 N m/rad, explains them as well as a taper does. The effect grows with the
+    // square of either.
     let ratio = |model: &BeamOnBase| {
         let modes = clamped_modes(model).unwrap();
         modes[1].omega_rad_s / modes[0].omega_rad_s

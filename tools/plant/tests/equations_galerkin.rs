@@ -1,4 +1,5 @@
-//! The paper's eqs. 9 and 12 to 20: from the beam equation to matrices, and how fast their frequencies converge.
+//! The paper's eqs. 9 and 12 to 20: from the beam equation to matrices, and how fast their frequencies
+//! converge.
 
 mod support;
 
@@ -126,8 +127,8 @@ fn equation_17_to_19_make_a_rigid_translation_weigh_what_base_and_beam_weigh() {
     assert!((beam.coupling_kg[2] / h - 1.0).abs() < 1e-10);
 }
 
-/// Eq. 20 letter by letter for a width that is linear between corners and a uniform thickness: between corners
-/// `(I phi'')'' = 2 I' phi''' + I phi''''`.
+/// Eq. 20 letter by letter for a width that is linear between corners and a uniform thickness: between
+/// corners `(I phi'')'' = 2 I' phi''' + I phi''''`.
 fn equation_20(width: &Profile, i: &PaperShape, j: &PaperShape) -> f64 {
     let per_width = 190e9 * 0.00115_f64.powi(3) / 12.0;
     let slope = |x: f64| (width.at(x + 1e-9) - width.at(x - 1e-9)) / 2e-9;
@@ -196,7 +197,8 @@ fn frequencies_converge_as_the_documentation_says() {
             found.extend(errors(&omegas(&mass, &stiffness)[1..], &exact[1..]));
         };
         coupled(&galerkin(&on_light_base.beam, count).unwrap());
-        // The paper's functions, written with plain hyperbolic functions, lose their digits beyond the eighth.
+        // The paper's functions, written with plain hyperbolic functions, lose their digits beyond the
+        // eighth.
         if count <= 8 {
             coupled(&paper_galerkin(&on_light_base, count));
         }

@@ -1,7 +1,7 @@
 //! The paper's eqs. 28 to 34 and what the text says of its tables: decrement, shapers, sweeps, arithmetic.
 //!
-//! The product's own decrement is in tools/identify, its shapers and sweeps in the firmware's core, each with its tests;
-//! here the formulas are tried as they are printed.
+//! The product's own decrement is in tools/identify, its shapers and sweeps in the firmware's core, each with
+//! its tests; here the formulas are tried as they are printed.
 
 use std::f64::consts::{PI, TAU};
 
@@ -87,7 +87,8 @@ fn equations_33_and_34_make_the_sweeps_last_what_this_project_takes_them_to_last
     assert!((linear(7.9) - 1.0).abs() < 1e-12);
     assert!((exponential(low_hz, high_hz, 126.439) - 3.0).abs() < 1e-4);
     assert!((exponential(low_hz, high_hz, 54.188) - 7.0).abs() < 1e-4);
-    // With f_a and f_b "the lower and upper frequency limits" no testing time gives −5; they are first and last.
+    // With f_a and f_b "the lower and upper frequency limits" no testing time gives −5; they are first and
+    // last.
     assert!(exponential(low_hz, high_hz, 1e-3) > 0.0 && exponential(low_hz, high_hz, 1e6) > 0.0);
     assert!((exponential(high_hz, low_hz, 75.863) + 5.0).abs() < 1e-4);
 }
@@ -106,7 +107,8 @@ fn the_texts_arithmetic_on_table_1() {
     assert!((spread([0.0059, 0.0033, 0.0012]) - 3.917).abs() < 1e-3);
     // "The damping ratios under the linear sweep are too small": the second is the largest of its column.
     assert!([0.0059, 0.0033, 0.0012].iter().all(|other| *other < 0.0089));
-    // One bin of a 7.9 s record is wider than what separates the linear sweep's first frequency from the others'.
+    // One bin of a 7.9 s record is wider than what separates the linear sweep's first frequency from the
+    // others'.
     let bin_hz = 1.0 / 7.9;
     for other_hz in [1.0951, 1.0988, 1.0976] {
         assert!((other_hz - 1.0063) < bin_hz);
@@ -117,7 +119,8 @@ fn the_texts_arithmetic_on_table_1() {
 fn the_texts_arithmetic_on_table_2() {
     let single = [(0.73, 22.04, 5.83), (1.12, 14.96, 3.62), (1.57, 8.48, 2.84)];
     let two = [(0.75, 13.18, 1.96), (1.27, 6.86, 1.26), (1.75, 2.26, 0.36)];
-    // "As shown in Table 3, the settling time under ZVDD is three times that under ZV": Table 2, and 2.2 times.
+    // "As shown in Table 3, the settling time under ZVDD is three times that under ZV": Table 2, and 2.2
+    // times.
     let ratio = |rows: [(f64, f64, f64); 3]| rows[2].0 / rows[0].0;
     assert!((ratio(single) - 2.15).abs() < 0.01 && (ratio(two) - 2.33).abs() < 0.01);
     // "At least 50 % of the improvement": 65 to 87 %.

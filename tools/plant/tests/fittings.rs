@@ -21,8 +21,8 @@ fn constants() -> (f64, f64, f64) {
     (stiffness, mass, (stiffness / (mass * 0.9_f64.powi(3))).sqrt())
 }
 
-/// Roots of `1 + cos b cosh b + ratio b (cos b sinh b − sin b cosh b) = 0`: a tip mass of `ratio` beam masses, and as well
-/// a clamp whose rotational stiffness is `E I / (l ratio)`.
+/// Roots of `1 + cos b cosh b + ratio b (cos b sinh b − sin b cosh b) = 0`: a tip mass of `ratio` beam
+/// masses, and as well a clamp whose rotational stiffness is `E I / (l ratio)`.
 fn roots(ratio: f64, count: usize) -> Vec<f64> {
     let value = |b: f64| 1.0 / b.cosh() + b.cos() + ratio * b * (b.cos() * b.tanh() - b.sin());
     let mut found = Vec::new();

@@ -26,8 +26,8 @@ fn impulses(mode: &stillbeam_plant::Mode, order: i32, detune: f64) -> Vec<(f64, 
     (0..).zip(row).map(|(i, c)| (c * k.powi(i) / (1.0 + k).powi(order), half_s * f64::from(i))).collect()
 }
 
-/// A 50 mm move in straight lines through the impulses, each time rounded to nothing: positions at the ticks of
-/// a sum of 0.2 s ramps.
+/// A 50 mm move in straight lines through the impulses, each time rounded to nothing: positions at the ticks
+/// of a sum of 0.2 s ramps.
 fn shaped_move(impulses: &[(f64, f64)]) -> Vec<f64> {
     let ticks = (4.0 * RATE_HZ) as usize;
     (0..ticks)

@@ -1,5 +1,5 @@
-//! A real linear axis under its recorded reference, in closed loop with its known controller: the EMPS benchmark (Janot, Gautier,
-//! Brunot 2019), with the parameters that its authors publish.
+//! A real linear axis under its recorded reference, in closed loop with its known controller: the EMPS
+//! benchmark (Janot, Gautier, Brunot 2019), with the parameters that its authors publish.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! The lean form that fits run thousands of times, against the plain simulation: every law of the catalogue at every place of
-//! every kind of model, alone and two at once, over uniform and irregular stamps.
+//! The lean form that fits run thousands of times, against the plain simulation: every law of the catalogue
+//! at every place of every kind of model, alone and two at once, over uniform and irregular stamps.
 
 mod support;
 
@@ -11,7 +11,8 @@ use stillbeam_recording::Recording;
 
 use support::model_texts::{BEAM, LUMPED, MODAL, with};
 
-/// A force on a free base, a setpoint through a servo, a moved base with many modes, modes, and bodies with springs.
+/// A force on a free base, a setpoint through a servo, a moved base with many modes, modes, and bodies with
+/// springs.
 fn models() -> Vec<Model> {
     let setpoint = with(BEAM, "column = \"force_N\"", "column = \"setpoint_m\"");
     let moved = with(&with(BEAM, "force_N", "base_position_m"), "modes = 2", "modes = 4");
@@ -158,7 +159,8 @@ fn a_force_along_a_motion_is_that_of_its_law() {
     }
 }
 
-/// What drives may differ from what was recorded, to make up for straight lines between coarse samples; what is read must not.
+/// What drives may differ from what was recorded, to make up for straight lines between coarse samples; what
+/// is read must not.
 #[test]
 fn an_output_that_shows_the_input_reads_the_true_one_and_others_the_driving_one() {
     let text = with(BEAM, "force_N", "setpoint_m");

@@ -3,7 +3,8 @@
 use stillbeam_plant::{Model, PlantError, Rerun, simulate};
 use stillbeam_recording::Recording;
 
-/// A loop whose sign is wrong, with a force that depends on where the slider is: the sine of a position of 10³⁰⁰ m takes long to find.
+/// A loop whose sign is wrong, with a force that depends on where the slider is: the sine of a position of
+/// 10³⁰⁰ m takes long to find.
 const AXIS: &str = r#"
 schema = 1
 kind = "lumped"

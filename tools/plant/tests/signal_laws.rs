@@ -198,7 +198,8 @@ fn a_drive_with_limits_in_its_section_is_the_same_as_with_laws() {
     let model = Model::from_toml("m", text).unwrap();
     let stepped = run(&model, &ticks(500, 1000.0), "setpoint_m", |t| if t > 0.0 { 0.1 } else { 0.0 });
     let base_m = stepped.column("base_position_m").unwrap();
-    // The leap of the setpoint itself, 0.1 m in a millisecond, is coarse for the sub-steps; what follows is not.
+    // The leap of the setpoint itself, 0.1 m in a millisecond, is coarse for the sub-steps; what follows is
+    // not.
     for (from, to) in [(50_usize, 100_usize), (60, 90)] {
         let expected = (to as f64 / 1000.0).powi(2) - (from as f64 / 1000.0).powi(2);
         let way = base_m[to] - base_m[from];

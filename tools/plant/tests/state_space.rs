@@ -29,7 +29,8 @@ fn a_force_at_the_base_acts_as_the_input_does() {
     }
 }
 
-/// Reciprocity of the structure: the tip's answer to a force at the base is the base's answer to a force at the tip.
+/// Reciprocity of the structure: the tip's answer to a force at the base is the base's answer to a force at
+/// the tip.
 #[test]
 fn points_of_a_free_beam_are_reciprocal() {
     let mut beam = paper_beam();
@@ -74,8 +75,8 @@ fn velocities_are_the_derivatives_of_displacements() {
             for (z, v) in trace.displacements.iter().zip(&trace.velocities) {
                 let differences: Vec<f64> = z.windows(3).map(|w| (w[2] - w[0]) * 1000.0).collect();
                 let error = worst(&differences, &v[1..2000]);
-                // Under straight-line base motion the velocity after a stamp is read: half a step of the base's
-                // acceleration, at most 0.5 m/s² here, late.
+                // Under straight-line base motion the velocity after a stamp is read: half a step of the
+                // base's acceleration, at most 0.5 m/s² here, late.
                 let late = if model.input_is_motion() { 0.5 * 0.5 / 2000.0 * 1.1 } else { 0.0 };
                 let most = 5e-3 * peak(v).max(1e-9) + late;
                 assert!(error <= most, "{:?}: {error:e} of {:e}", model.output_columns(), peak(v));

@@ -3,7 +3,8 @@
 use crate::recording::Column;
 use crate::spectrum::Spectrum;
 
-/// Signals over time, or functions of frequency; and remarks on what a user should know about how they were read.
+/// Signals over time, or functions of frequency; and remarks on what a user should know about how they were
+/// read.
 pub(crate) struct Content {
     pub(crate) signals: Signals,
     pub(crate) remarks: Vec<String>,

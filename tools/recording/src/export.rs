@@ -14,8 +14,8 @@ use crate::{csv_writer, json_writer, side_file, uff};
 /// Nothing is left behind when the recording cannot be written in the format.
 ///
 /// # Errors
-/// [`Problem::NoFormat`] for an extension that means none, [`Problem::NotWritable`] for one that is only read,
-/// and what the format's writer says.
+/// [`Problem::NoFormat`] for an extension that means none, [`Problem::NotWritable`] for one that is only
+/// read, and what the format's writer says.
 pub fn write_recording(
     path: &Path,
     recording: &Recording,

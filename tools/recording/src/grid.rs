@@ -1,4 +1,5 @@
-//! Stamps that say less about the time than the samples: coarser than the sampling, or one for a whole packet.
+//! Stamps that say less about the time than the samples: coarser than the sampling, or one for a whole
+//! packet.
 
 /// Stamps coarser than this share of the interval are laid on their grid; finer ones are left as they are.
 const COARSE: f64 = 0.02;
@@ -6,7 +7,8 @@ const COARSE: f64 = 0.02;
 const FEWEST: usize = 20;
 /// Share of the intervals that rounding an even grid explains, at least; the others are gaps.
 const ORDINARY: f64 = 0.9;
-/// Rounding to a quantum leaves 1 of it from the lowest to the highest and 0.29 rms; a little jitter of the recorder is added.
+/// Rounding to a quantum leaves 1 of it from the lowest to the highest and 0.29 rms; a little jitter of the
+/// recorder is added.
 const SPREAD: f64 = 1.3;
 const RMS: f64 = 0.36;
 
@@ -29,8 +31,8 @@ pub(crate) fn last_decimal_place(numbers: &[f64]) -> f64 {
     (0..=9).map(|digits| 10_f64.powi(-digits)).find(|unit| whole(*unit)).unwrap_or(0.0)
 }
 
-/// Lays stamps on the even grid of which they are a rounding, or of which only one per packet was stamped. `quantum_s` is
-/// the unit of their last place, s.
+/// Lays stamps on the even grid of which they are a rounding, or of which only one per packet was stamped.
+/// `quantum_s` is the unit of their last place, s.
 pub(crate) fn lay(time_s: &[f64], quantum_s: f64) -> Option<Laid> {
     if time_s.len() <= FEWEST || time_s.windows(2).any(|pair| !matches!(pair, [a, b] if b >= a)) {
         return None;
@@ -80,8 +82,8 @@ fn rounded(time_s: &[f64], intervals: &[f64], quantum_s: f64) -> Option<Laid> {
     Some(laid(time_s, &found, interval_s, &what))
 }
 
-/// Counts the places of stamps on a grid: one after the other, except where a gap is known to be. What lies beyond it is
-/// placed by the mean of the stamps before it, which rounding moves less than a single one.
+/// Counts the places of stamps on a grid: one after the other, except where a gap is known to be. What lies
+/// beyond it is placed by the mean of the stamps before it, which rounding moves less than a single one.
 fn places(time_s: &[f64], interval_s: f64, is_gap: impl Fn(usize) -> bool) -> Places {
     /// Stamps that the mean goes over, about.
     const REMEMBERED: f64 = 64.0;

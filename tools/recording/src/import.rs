@@ -36,8 +36,8 @@ pub enum Measurement {
 /// Reads a recording in any of the formats, and its side file (`same_stem.toml`) if there is one.
 ///
 /// # Errors
-/// A [`RecordingError`] that names the file, the place in it and the remedy; [`Problem::Spectrum`] for a file that holds
-/// functions of frequency.
+/// A [`RecordingError`] that names the file, the place in it and the remedy; [`Problem::Spectrum`] for a file
+/// that holds functions of frequency.
 pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Imported, RecordingError> {
     recording_only(read_measurement(path, options)?)
 }

@@ -10,7 +10,8 @@ use crate::table::{Heading, Lines, Separator, Table, assemble, decode, read_rows
 pub(crate) const SIGNATURE: &str = "LabVIEW Measurement";
 const END_OF_HEADER: &str = "***End_of_Header***";
 
-/// Reads the first segment of a LabVIEW measurement file. Its header states separator, decimal sign, units and interval.
+/// Reads the first segment of a LabVIEW measurement file. Its header states separator, decimal sign, units
+/// and interval.
 pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Problem> {
     if matches!(options.time, Some(TimeBase::Source { .. })) {
         return Err(Problem::OwnTime { format: Format::Lvm });

@@ -62,7 +62,8 @@ pub struct Spectrum {
     pub name: String,
     /// What it is.
     pub kind: SpectrumKind,
-    /// Unit of the response, or of the only signal, spelled as in column names: `m_s2`. `None` if the file has none.
+    /// Unit of the response, or of the only signal, spelled as in column names: `m_s2`. `None` if the file
+    /// has none.
     pub unit: Option<String>,
     /// Unit of the excitation that a frequency response is divided by: `N`. `None` if the file has none.
     pub per_unit: Option<String>,

@@ -72,9 +72,11 @@ const KNOWN: [&str; 62] = [
     "dB", "counts",
 ];
 
-/// A unit label as the end of a column's name, no character of it dropped: `m/s²` gives `m_s2`, `µm` gives `um`.
+/// A unit label as the end of a column's name, no character of it dropped: `m/s²` gives `m_s2`, `µm` gives
+/// `um`.
 ///
-/// `None` for an empty label, for `NONE` and the like, and for one with characters that column names cannot carry.
+/// `None` for an empty label, for `NONE` and the like, and for one with characters that column names cannot
+/// carry.
 pub(crate) fn of_label(label: &str) -> Option<String> {
     let label = label.trim();
     let label = enclosed(label).unwrap_or(label).trim();

@@ -85,8 +85,8 @@ struct Chunks<'b> {
 }
 
 impl<'b> Chunks<'b> {
-    /// Goes through the chunks, whatever else there is. Some programs forget the byte that makes an odd chunk even; one that
-    /// writes into a pipe cannot know the length and announces 0 or the largest there is.
+    /// Goes through the chunks, whatever else there is. Some programs forget the byte that makes an odd chunk
+    /// even; one that writes into a pipe cannot know the length and announces 0 or the largest there is.
     fn find(bytes: &'b [u8]) -> Result<Self, WavProblem> {
         let mut format = None;
         let mut at = 12;
@@ -150,8 +150,8 @@ impl Layout {
         if channels == 0 || rate_hz == 0 {
             return Err(WavProblem::Empty { channels, rate_hz });
         }
-        // Samples fill whole bytes from the top: 20 or 24 valid bits in 32 are the upper ones, so that full scale is that of
-        // the container.
+        // Samples fill whole bytes from the top: 20 or 24 valid bits in 32 are the upper ones, so that full
+        // scale is that of the container.
         let stated = usize::from(block / channels);
         let needed = usize::from(bits.div_ceil(8));
         let width = if stated >= needed && block % channels == 0 { stated } else { needed };

@@ -1,4 +1,5 @@
-//! Universal files as programs write them: labels in any encoding, axes in any unit, functions alike, ends that lack.
+//! Universal files as programs write them: labels in any encoding, axes in any unit, functions alike, ends
+//! that lack.
 
 use stillbeam_recording::{Imported, ReadOptions, RecordingError, parse_recording};
 

@@ -1,8 +1,9 @@
 //! Single-mode shapers that look good on several modes by accident.
 //!
-//! A shaper for one mode leaves nothing near the odd multiples of that mode's frequency either: where another mode happens
-//! to be close to one, a frequency can be found at which one short shaper stills both. It is no design: the
-//! n-th multiple moves n times as fast as the mode, and a few per cent of drift of the other mode undo it.
+//! A shaper for one mode leaves nothing near the odd multiples of that mode's frequency either: where another
+//! mode happens to be close to one, a frequency can be found at which one short shaper stills both. It is no
+//! design: the n-th multiple moves n times as fast as the mode, and a few per cent of drift of the other mode
+//! undo it.
 
 use stillbeam_firmware::shaper::design::single_mode;
 use stillbeam_firmware::shaper::residual::residual_vibration;
@@ -36,8 +37,8 @@ const GOOD: f64 = 0.02;
 /// How many times worse within the boxes makes it an accident.
 const WORSE: f64 = 4.0;
 
-/// For every textbook type the frequency at which one such shaper stills all nominal modes best, if that looks good and is
-/// far worse within the boxes. Nothing for a single mode.
+/// For every textbook type the frequency at which one such shaper stills all nominal modes best, if that
+/// looks good and is far worse within the boxes. Nothing for a single mode.
 pub fn harmonic_accidents(boxes: &[ModeBox], tolerance: f64) -> Vec<HarmonicAccident> {
     let Some(slowest) = boxes.iter().min_by(|a, b| a.nominal_hz().total_cmp(&b.nominal_hz())) else {
         return Vec::new();

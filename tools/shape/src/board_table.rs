@@ -12,8 +12,8 @@ use crate::design::{SCHEMA_VERSION, TapEntry};
 use crate::error::{TableFileError, TableProblem};
 use crate::table_text::read_table;
 
-/// A table to be uploaded. Files of `stillbeam shape --json` have more in them, which is passed over; a flat table has
-/// one stage with all its taps, negative weights included.
+/// A table to be uploaded. Files of `stillbeam shape --json` have more in them, which is passed over; a flat
+/// table has one stage with all its taps, negative weights included.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardTable {
     /// Ticks per second that it is for, as the file says; the board's timer may be a little off.

@@ -3,11 +3,11 @@
 use stillbeam_firmware::shaper::blocks::{Taps, blocks_of};
 use stillbeam_firmware::shaper::{ShaperTable, StageTaps};
 
-/// Instructions of the cascade per tick, taken from the measurements in docs/results/firmware.md; a test holds
-/// them to it.
+/// Instructions of the cascade per tick, taken from the measurements in docs/results/firmware.md; a test
+/// holds them to it.
 ///
-/// The blocks of a table (`src/shaper/cascade.rs`) are run four at a time, and up to three that are left one by
-/// one. A table with pairs has a loop of its own.
+/// The blocks of a table (`src/shaper/cascade.rs`) are run four at a time, and up to three that are left one
+/// by one. A table with pairs has a loop of its own.
 struct Loop {
     /// Per four, by its first block.
     first_of_four: Costs,

@@ -20,7 +20,8 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// What a design is judged by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DesignOptions {
-    /// How far every mode's true frequency may be off, as a fraction of the one designed for; at least 0, below 1.
+    /// How far every mode's true frequency may be off, as a fraction of the one designed for; at least 0,
+    /// below 1.
     pub frequency_box: f64,
 }
 
@@ -44,8 +45,8 @@ pub struct ShaperDesign {
     pub delay_s: f64,
     /// CRC over the stages, the same that the board reports after `apply`.
     pub crc32: Crc32,
-    /// The shaper in continuous time, sorted, equal times merged (eqs. 30–32). Stages that were solved for exist on the tick
-    /// grid only and are here as their taps.
+    /// The shaper in continuous time, sorted, equal times merged (eqs. 30–32). Stages that were solved for
+    /// exist on the tick grid only and are here as their taps.
     pub impulses: Vec<ImpulseEntry>,
     /// The cascade as the board runs it: one stage per mode, or one flat stage for all.
     pub stages: Vec<StageEntry>,
@@ -118,8 +119,8 @@ impl ShaperDesign {
     /// Designs one textbook stage per mode for a tick rate in hertz, and judges it over a box of frequencies.
     ///
     /// # Errors
-    /// [`ShapeError`]: no or too many modes, a mode at or above half the rate, a rate or a box outside its range,
-    /// or delay lines longer than the board's memory.
+    /// [`ShapeError`]: no or too many modes, a mode at or above half the rate, a rate or a box outside its
+    /// range, or delay lines longer than the board's memory.
     pub fn new(modes: &[Mode], rate_hz: f64, options: &DesignOptions) -> Result<Self, ShapeError> {
         let boxes: Result<Vec<ModeBox>, ShapeError> = modes
             .iter()
@@ -131,8 +132,8 @@ impl ShaperDesign {
         Self::cascade(&plans, rate_hz, &boxes?)
     }
 
-    /// Designs one stage per mode, and judges them over the modes' boxes, of which there is one for each in the same order. A
-    /// stage of specified insensitivity is designed for its mode's box.
+    /// Designs one stage per mode, and judges them over the modes' boxes, of which there is one for each in
+    /// the same order. A stage of specified insensitivity is designed for its mode's box.
     ///
     /// # Errors
     /// As [`Self::new`], and [`ShapeError::Infeasible`] for a specified insensitivity that cannot be had.

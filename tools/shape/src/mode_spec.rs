@@ -34,7 +34,8 @@ pub fn parse_type(text: &str) -> Result<ShaperType, ModeSpecError> {
         .ok_or_else(|| ModeSpecError::UnknownType { context: String::new(), text: text.trim().to_owned() })
 }
 
-/// Reads a mode with a textbook shaper: frequency in hertz, damping ratio, and a shaper type, [`DEFAULT_TYPE`] if absent.
+/// Reads a mode with a textbook shaper: frequency in hertz, damping ratio, and a shaper type,
+/// [`DEFAULT_TYPE`] if absent.
 ///
 /// # Errors
 /// [`ModeSpecError`] says which part is wrong and what it should be.

@@ -13,8 +13,8 @@ use crate::error::ModeSpecError;
 pub enum StageType {
     /// One mode by a closed form; the board designs the same from the mode.
     Textbook(ShaperType),
-    /// One mode by specified insensitivity (Singhose, Seering and Singer 1996): the shortest shaper with non-negative weights that
-    /// leaves at most `tolerance` over the mode's box.
+    /// One mode by specified insensitivity (Singhose, Seering and Singer 1996): the shortest shaper with
+    /// non-negative weights that leaves at most `tolerance` over the mode's box.
     SpecifiedInsensitivity {
         /// A fraction from 0 to below 1.
         tolerance: f64,
@@ -25,7 +25,8 @@ pub enum StageType {
 
 /// The name of the flat stage.
 const OPTIMAL: &str = "optimal";
-/// Klipper's names for types that are called otherwise here. Its `ei`, `mzv`, `zv` and `zvd` have the same names.
+/// Klipper's names for types that are called otherwise here. Its `ei`, `mzv`, `zv` and `zvd` have the same
+/// names.
 const KLIPPER: [(&str, ShaperType); 2] = [("2hump_ei", ShaperType::Ei2), ("3hump_ei", ShaperType::Ei3)];
 
 impl StageType {

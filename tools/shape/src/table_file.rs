@@ -49,8 +49,8 @@ impl ShaperDesign {
         Ok(())
     }
 
-    /// The modes that the stages were designed for; `None` when a stage is none of a single mode's textbook shaper, which a board
-    /// could design itself.
+    /// The modes that the stages were designed for; `None` when a stage is none of a single mode's textbook
+    /// shaper, which a board could design itself.
     ///
     /// # Errors
     /// [`TableProblem::Design`] when one is no mode.
@@ -70,11 +70,12 @@ impl ShaperDesign {
         modes.collect()
     }
 
-    /// The table that runs. Where all stages are textbook shapers it is designed again from the modes and compared with what
-    /// the file says; other stages are taken as they are.
+    /// The table that runs. Where all stages are textbook shapers it is designed again from the modes and
+    /// compared with what the file says; other stages are taken as they are.
     ///
     /// # Errors
-    /// [`TableProblem`]: a damaged file, modes that cannot be shaped, or taps that this version does not make.
+    /// [`TableProblem`]: a damaged file, modes that cannot be shaped, or taps that this version does not
+    /// make.
     pub fn table(&self) -> Result<ShaperTable, TableProblem> {
         self.check()?;
         let Some(modes) = self.modes()? else { return self.table_of_taps() };

@@ -96,7 +96,8 @@ fn equal_times_are_one_impulse() {
 
 #[test]
 fn the_paper_modes_meet_the_published_robustness() {
-    // Worst over ±5 % of each mode's frequency, by the closed form (first order, undamped): ZV πε/2 and its powers.
+    // Worst over ±5 % of each mode's frequency, by the closed form (first order, undamped): ZV πε/2 and its
+    // powers.
     for (kind, order) in [("zv", 1), ("zvd", 2), ("zvdd", 3), ("zvddd", 4)] {
         let design = paper_design(kind, 4000.0);
         let bound = (0.5 * std::f64::consts::PI * 0.05_f64).powi(order);

@@ -1,5 +1,5 @@
-//! The shortest shaper for all modes at once: durations against closed forms and a table, residuals over whole boxes, and what
-//! infeasible requests are told.
+//! The shortest shaper for all modes at once: durations against closed forms and a table, residuals over
+//! whole boxes, and what infeasible requests are told.
 
 use rand_distr::Distribution;
 use rand_xoshiro::Xoshiro256PlusPlus;
@@ -29,8 +29,8 @@ fn taps(table: &ShaperTable) -> Vec<Tap> {
     table.stages().flat_map(|stage| stage.taps().to_vec()).collect()
 }
 
-/// The largest residual over the whole of a box, its inside too, by the core's own formula: a grid far finer than the
-/// solver's in frequency.
+/// The largest residual over the whole of a box, its inside too, by the core's own formula: a grid far finer
+/// than the solver's in frequency.
 fn worst_inside(table: &ShaperTable, area: &ModeBox) -> f64 {
     let ([low_hz, high_hz], [low, high]) = (area.frequency_hz(), area.damping_ratio());
     let columns = 400.max((320.0 * (high_hz - low_hz) * table.duration_s()) as u32);
@@ -81,8 +81,9 @@ fn the_two_modes_of_the_paper_need_no_longer_than_a_plain_linear_programme_found
     }
 }
 
-/// For one mode and an exact zero the shortest shaper is known: without negative weights ZV, half a damped period; with
-/// weights of +1 and −1 alike (negative ones summing to 1) a third of a period for an undamped mode.
+/// For one mode and an exact zero the shortest shaper is known: without negative weights ZV, half a damped
+/// period; with weights of +1 and −1 alike (negative ones summing to 1) a third of a period for an undamped
+/// mode.
 #[test]
 fn one_mode_gives_the_closed_forms() {
     for (hz, zeta) in [(1.0, 0.0), (1.1, 0.0074), (3.3, 0.1), (17.0, 0.3)] {

@@ -1,4 +1,5 @@
-//! The shortest command for a whole move: against the closed form where there is one, its limits tick by tick, and what it leaves.
+//! The shortest command for a whole move: against the closed form where there is one, its limits tick by
+//! tick, and what it leaves.
 
 use stillbeam_firmware::shaper::Impulse;
 use stillbeam_firmware::shaper::residual::residual_vibration;
@@ -25,7 +26,8 @@ fn paper_modes() -> Vec<ModeBox> {
     [(1.1, 0.0074), (6.9, 0.0033)].map(|(hz, zeta)| ModeBox::around(hz, zeta, 0.05, 0.05).unwrap()).to_vec()
 }
 
-/// Velocity, acceleration and jerk, tick by tick, are what was asked for; rounding each position to a nanometre is allowed for.
+/// Velocity, acceleration and jerk, tick by tick, are what was asked for; rounding each position to a
+/// nanometre is allowed for.
 fn check_limits(played: &PlayedMove, reversing: bool) {
     let MoveBounds { velocity_m_s, acceleration_m_s2, jerk_m_s3 } = BOUNDS;
     let mut values: Vec<f64> = played.positions_m().collect();
@@ -89,7 +91,8 @@ fn it_holds_the_tolerance_and_the_limits_and_is_shorter_than_a_shaped_move() {
     assert!(durations_s.windows(2).all(|pair| pair[1] < pair[0] - 0.05), "{durations_s:?}");
 }
 
-/// Whatever the tick rate, the board's sums end where they should to far less than the 0.004 nm that it asks for.
+/// Whatever the tick rate, the board's sums end where they should to far less than the 0.004 nm that it asks
+/// for.
 #[test]
 fn rounding_leaves_less_than_the_board_asks_for() {
     for (rate_hz, distance_m) in [(500.0, 0.2), (1000.0, 0.0123456789), (4000.0, 0.05), (20_000.0, 0.3)] {

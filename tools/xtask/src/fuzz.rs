@@ -1,7 +1,7 @@
 //! `cargo xtask fuzz [--runs N] [--only TARGET,...]`: libFuzzer on everything that reads bytes from outside.
 //!
-//! Coverage is recorded by LLVM's own pass, which the stable compiler can switch on; no sanitizer is needed, for there is no
-//! `unsafe` in what is fuzzed, and overflow checks are on. libFuzzer itself is C++.
+//! Coverage is recorded by LLVM's own pass, which the stable compiler can switch on; no sanitizer is needed,
+//! for there is no `unsafe` in what is fuzzed, and overflow checks are on. libFuzzer itself is C++.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -21,7 +21,8 @@ const COVERAGE: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-l
     -Cllvm-args=-sanitizer-coverage-inline-8bit-counters -Cllvm-args=-sanitizer-coverage-pc-table \
     -Cllvm-args=-sanitizer-coverage-trace-compares";
 
-/// The targets, their share of the executions in per cent, and the longest input in bytes. The slow ones get less.
+/// The targets, their share of the executions in per cent, and the longest input in bytes. The slow ones get
+/// less.
 const TARGETS: [(&str, usize, usize); 12] = [
     ("console", 4, 400),
     ("frames", 34, 600),
@@ -37,7 +38,8 @@ const TARGETS: [(&str, usize, usize); 12] = [
     ("model", 4, 1024),
 ];
 
-/// Runs the targets named, separated by commas, or all of them; `runs` executions in all, shared as [`TARGETS`] says.
+/// Runs the targets named, separated by commas, or all of them; `runs` executions in all, shared as
+/// [`TARGETS`] says.
 pub fn fuzz(runs: usize, only: Option<&str>) -> Result<(), Failure> {
     let targets = chosen(only)?;
     let program = build()?;
@@ -118,7 +120,8 @@ fn host_triple() -> Result<String, Failure> {
     host.map(str::to_owned).ok_or_else(|| failed(format!("no host in {:?}", describe(&command))))
 }
 
-/// One target. New inputs stay below target/; the kept ones are only read. What crashes is left beside the new ones.
+/// One target. New inputs stay below target/; the kept ones are only read. What crashes is left beside the
+/// new ones.
 fn command(program: &PathBuf, target: &str, runs: usize, longest: usize) -> Result<Command, Failure> {
     let found = root().join("target").join("fuzz").join("found").join(target);
     let kept = root().join("host-tests").join("fuzz").join("corpus").join(target);

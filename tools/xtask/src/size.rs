@@ -7,8 +7,8 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 use crate::failure::Failure;
 use crate::{firmware, setup};
 
-/// Memories of the STM32F405RG: name, first address, length in bytes. RAM is without what `memory.x` keeps for the stack
-/// and for the record of a crash.
+/// Memories of the STM32F405RG: name, first address, length in bytes. RAM is without what `memory.x` keeps
+/// for the stack and for the record of a crash.
 const MEMORIES: [(&str, u64, u64); 3] = [
     ("flash", 0x0800_0000, 1024 * 1024),
     ("RAM", 0x2000_7000, 100 * 1024 - 256),

@@ -1,13 +1,15 @@
 //! What the best that can be known of the training recordings leaves of the held-out ones.
 //!
-//! Noise moves what recordings say of a law, and where a motion depends on it as steeply as a rebound from a stop depends on when the stop is
-//! met, the right law with the likeliest values leaves many times the noise of what was held out. So the floor is what least squares leave
-//! that begin at the truth: the lab's model with as many modes as it has and the laws that were left out of it, fitted to the training
-//! recordings. The tool has to find all that this fit is told.
+//! Noise moves what recordings say of a law, and where a motion depends on it as steeply as a rebound from a
+//! stop depends on when the stop is met, the right law with the likeliest values leaves many times the noise
+//! of what was held out. So the floor is what least squares leave that begin at the truth: the lab's model
+//! with as many modes as it has and the laws that were left out of it, fitted to the training recordings. The
+//! tool has to find all that this fit is told.
 //!
-//! The fit has the input that was recorded, as the tool has, not what was between the samples. That changes nothing where motions that
-//! begin alike stay alike. Where a body rattles in a play they do not: what lies between two samples decides which flank is met next, and then
-//! nobody who has the recordings can say where the body is, the right law with all values right included.
+//! The fit has the input that was recorded, as the tool has, not what was between the samples. That changes
+//! nothing where motions that begin alike stay alike. Where a body rattles in a play they do not: what lies
+//! between two samples decides which flank is met next, and then nobody who has the recordings can say where
+//! the body is, the right law with all values right included.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,10 +20,12 @@ use crate::truth::law::Physics;
 use crate::truth::recorded_input::RecordedInput;
 use crate::truth::run::{Kind, Rig};
 
-/// A parameter of the machine is known beforehand to this share, one standard error; one of a law to a factor of e.
+/// A parameter of the machine is known beforehand to this share, one standard error; one of a law to a factor
+/// of e.
 const DRAWN: f64 = 0.15;
 const UNKNOWN: f64 = 1.0;
-/// Logarithm of a parameter for a first look at its effect, which is its derivative where it is within these shares of the noise, ...
+/// Logarithm of a parameter for a first look at its effect, which is its derivative where it is within these
+/// shares of the noise, ...
 const FIRST_STEP: f64 = 1e-4;
 const GOOD_LOOK: std::ops::Range<f64> = 1e-3..1.0;
 /// ... and otherwise made to be this share, within these bounds.
@@ -29,12 +33,13 @@ const EFFECT: f64 = 0.3;
 const STEPS: [f64; 2] = [1e-7, 1e-2];
 /// Corrections, all with the derivatives at the truth, ...
 const ROUNDS: usize = 3;
-/// ... each halved so often before it is given up; they end when one gains less than this in squares of the noise.
+/// ... each halved so often before it is given up; they end when one gains less than this in squares of the
+/// noise.
 const HALVINGS: usize = 5;
 const SETTLED: f64 = 0.1;
 
-/// Per channel the root mean square that such a fit leaves of the held-out recordings, in the channel's unit; `None` without a law and where
-/// it cannot be made.
+/// Per channel the root mean square that such a fit leaves of the held-out recordings, in the channel's unit;
+/// `None` without a law and where it cannot be made.
 pub(super) fn achievable(bench: &Bench, physics: &[Physics], runs: &[MadeRun]) -> Option<Vec<f64>> {
     if physics.is_empty() {
         return None;
@@ -60,7 +65,8 @@ pub(super) fn achievable(bench: &Bench, physics: &[Physics], runs: &[MadeRun]) -
     Some((0..bench.channels.len()).map(pooled).collect())
 }
 
-/// The lab's model with the right laws, as a function of the logarithms of its parameters relative to the true ones.
+/// The lab's model with the right laws, as a function of the logarithms of its parameters relative to the
+/// true ones.
 struct Extended<'c> {
     kind: Kind,
     physics: &'c [Physics],
@@ -98,8 +104,8 @@ impl Extended<'_> {
         Rig::new(&kind, &physics)
     }
 
-    /// What is left of every channel of every recording of a role, in units of the noise. Zeros of sensors are unknown where a fit is made;
-    /// what is held out is missed by where a base ends up, too.
+    /// What is left of every channel of every recording of a role, in units of the noise. Zeros of sensors
+    /// are unknown where a fit is made; what is held out is missed by where a base ends up, too.
     fn left(&self, theta: &[f64], role: Role) -> Option<Vec<DVector<f64>>> {
         let rig = self.rig(theta, role)?;
         let mut left = Vec::new();
@@ -208,14 +214,16 @@ mod tests {
         }
     }
 
-    /// A load that rattles in a play of 0.76 mm: from the recorded input nobody can say which flank it meets next.
+    /// A load that rattles in a play of 0.76 mm: from the recorded input nobody can say which flank it meets
+    /// next.
     #[test]
     fn a_rattle_beyond_what_the_input_says_is_not_asked_for() {
         let [motor, load] = floors(16, 85)[..] else { panic!("two channels") };
         assert!(motor > 1.05 && load > 2.0, "{motor} {load}");
     }
 
-    /// A stop that a base without a spring meets once in the held-out move: where it rolls to from there depends on a tenth of a millimetre.
+    /// A stop that a base without a spring meets once in the held-out move: where it rolls to from there
+    /// depends on a tenth of a millimetre.
     #[test]
     fn a_rebound_that_the_recordings_leave_open_is_not_asked_for() {
         let [tip, base] = floors(15, 210)[..] else { panic!("two channels") };

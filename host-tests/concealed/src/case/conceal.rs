@@ -49,7 +49,8 @@ impl Bench {
         let loudest = self.plain.get(1)?;
         let point = plant.point(location).unwrap_or(0);
         let (z, v) = *loudest.reach.get(point)?;
-        // Of all training recordings: a limit just below what the second one reaches would cut a third of another's signal off.
+        // Of all training recordings: a limit just below what the second one reaches would cut a third of
+        // another's signal off.
         let commanded = self.plain.iter().flat_map(|run| &run.command);
         let command = commanded.fold(0.0_f64, |most, u| most.max(u.abs()));
         let reading = loudest.outputs.first()?.iter().fold(0.0_f64, |most, y| most.max(y.abs()));
@@ -151,7 +152,8 @@ impl Bench {
         };
         let measured = self.measure(&concealed)?;
         let absorbed = measured.hidden_share.iter().all(|share| *share >= ABSORBED);
-        // What only a start out of balance shows, no recording shows: a cable beside a spring is a stiffer spring.
+        // What only a start out of balance shows, no recording shows: a cable beside a spring is a stiffer
+        // spring.
         let shown = measured.left_over_noise.min(measured.left_from_any_start);
         let fits = match self.concealment {
             Concealment::Visible => shown >= 3.0 && !absorbed,

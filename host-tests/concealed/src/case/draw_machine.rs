@@ -144,7 +144,8 @@ fn looped(random: &mut Random) -> SlideMachine {
     }
 }
 
-/// The model that a lab has: fewer modes, and parameters that are off by up to `wrong` times the usual errors.
+/// The model that a lab has: fewer modes, and parameters that are off by up to `wrong` times the usual
+/// errors.
 pub fn nominal(truth: &Kind, modes: usize, wrong: f64, random: &mut Random) -> Kind {
     let mut nominal = truth.clone();
     if let Kind::Beam(beam) = &mut nominal {
@@ -153,7 +154,8 @@ pub fn nominal(truth: &Kind, modes: usize, wrong: f64, random: &mut Random) -> K
     let mut first = true;
     let is_beam = matches!(nominal, Kind::Beam(_));
     visit(&mut nominal, &mut |value| {
-        // Elasticity is known to a few per cent, damping badly, masses well: the first number of a beam is Young's modulus.
+        // Elasticity is known to a few per cent, damping badly, masses well: the first number of a beam is
+        // Young's modulus.
         let most = if is_beam && first {
             0.03
         } else if is_beam {

@@ -15,7 +15,8 @@ const LOWEST_PUSH_HZ: f64 = 0.6;
 
 /// Three recordings to train on and two to hold out, for a machine with these two frequencies.
 ///
-/// The greatest amplitude is two to three times the smallest; a sweep upwards, one downwards and another signal train.
+/// The greatest amplitude is two to three times the smallest; a sweep upwards, one downwards and another
+/// signal train.
 pub fn runs(kind: &Kind, frequencies_hz: [f64; 2], random: &mut Random) -> Vec<RunPlan> {
     let amplitude = amplitude(kind, frequencies_hz, random);
     let pushed = matches!(kind, Kind::Beam(beam) if beam.input == InputKind::Force);

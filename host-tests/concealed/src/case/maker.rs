@@ -1,4 +1,5 @@
-//! From a seed and a number to a sealed case: drawn, sized, measured, and drawn again until it is of its kind.
+//! From a seed and a number to a sealed case: drawn, sized, measured, and drawn again until it is of its
+//! kind.
 
 use thiserror::Error;
 
@@ -15,16 +16,17 @@ use crate::truth::run::{Kind, Outcome, Rig};
 
 /// Drawings before a case is given up.
 const MOST_DRAWINGS: usize = 90;
-/// Drawings of the family that a case's number asks for. Some kinds do not occur in some families (hardly a law of a slide in a
-/// position loop hides from a refit of one recording: the loop makes all amplitudes alike), and then any family will do.
+/// Drawings of the family that a case's number asks for. Some kinds do not occur in some families (hardly a
+/// law of a slide in a position loop hides from a refit of one recording: the loop makes all amplitudes
+/// alike), and then any family will do.
 const OF_ITS_FAMILY: usize = 15;
 /// Readings per second.
 pub(super) const RATE_HZ: f64 = 100.0;
-/// What a linear refit may leave of a truth without left-out physics, in units of the noise. With a few thousand readings a
-/// systematic 3 % of the noise stays within three of its standard errors.
+/// What a linear refit may leave of a truth without left-out physics, in units of the noise. With a few
+/// thousand readings a systematic 3 % of the noise stays within three of its standard errors.
 const GOOD_ENOUGH: f64 = 0.03;
-/// How far a machine has to move in its training recordings, and in its held-out ones, in units of the noise: a lab whose friction
-/// holds the machine fast drives it harder before it asks anybody what is missing.
+/// How far a machine has to move in its training recordings, and in its held-out ones, in units of the noise:
+/// a lab whose friction holds the machine fast drives it harder before it asks anybody what is missing.
 const LEAST_MOTION: f64 = 10.0;
 
 /// A case that could not be drawn.
@@ -234,9 +236,9 @@ impl Bench {
         })
     }
 
-    /// What a model with the laws of the catalogue and every parameter right would compute of each run, per channel: all but the noise,
-    /// and beside a law of the catalogue all but what a force that nobody recorded does. Where no such law acts, there is nothing to name,
-    /// and all but the noise.
+    /// What a model with the laws of the catalogue and every parameter right would compute of each run, per
+    /// channel: all but the noise, and beside a law of the catalogue all but what a force that nobody
+    /// recorded does. Where no such law acts, there is nothing to name, and all but the noise.
     fn knowable(&self, physics: &[Physics], runs: &[MadeRun]) -> Option<Vec<Vec<Vec<f64>>>> {
         if physics.is_empty() {
             return Some(runs.iter().map(|run| run.noise_free.clone()).collect());

@@ -1,4 +1,5 @@
-//! Sealed cases: a machine, what is left out of its model, how it was excited, and how well the effect is concealed.
+//! Sealed cases: a machine, what is left out of its model, how it was excited, and how well the effect is
+//! concealed.
 
 mod achievable;
 mod conceal;
@@ -124,7 +125,8 @@ pub struct Measured {
     /// The same where every recording may begin from any state, as no lab knows better.
     #[serde(default)]
     pub left_from_any_start: f64,
-    /// Per training recording: share (0 to 1) of the effect's root mean square that a refit of it alone hides.
+    /// Per training recording: share (0 to 1) of the effect's root mean square that a refit of it alone
+    /// hides.
     pub hidden_share: Vec<f64>,
     /// What a linear refit leaves of the truth without the effect: the nominal model's own limits.
     pub null_over_noise: f64,
@@ -157,8 +159,9 @@ pub struct Truth {
     pub runs: Vec<RunPlan>,
     /// How well it is concealed.
     pub measured: Measured,
-    /// Root mean square of what nobody can know of the held-out recordings, per channel: noise, what a force that nobody recorded does beside
-    /// a law of the catalogue, and what the training recordings and the samples of the input leave open (`achievable.rs`).
+    /// Root mean square of what nobody can know of the held-out recordings, per channel: noise, what a force
+    /// that nobody recorded does beside a law of the catalogue, and what the training recordings and the
+    /// samples of the input leave open (`achievable.rs`).
     pub held_out_floor: Vec<f64>,
     /// Drawings that did not reach the kind's definition before this one did.
     pub redrawn: usize,

@@ -1,4 +1,5 @@
-//! The force of the EMPS axis: a balance of its training record with the laws that were named, judged on its held-out record.
+//! The force of the EMPS axis: a balance of its training record with the laws that were named, judged on its
+//! held-out record.
 
 use std::path::Path;
 
@@ -6,8 +7,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::table::Table;
 
-/// Where position and forces are compared, hertz, as the benchmark's own decimation by ten leaves it: Coulomb friction and an offset
-/// give 5.80 %, friction that differs by direction 5.17 %, no dry friction 16.8 %.
+/// Where position and forces are compared, hertz, as the benchmark's own decimation by ten leaves it: Coulomb
+/// friction and an offset give 5.80 %, friction that differs by direction 5.17 %, no dry friction 16.8 %.
 const BAND_HZ: f64 = 40.0;
 const TRAIN: &str = "emps/emps_estimation.csv";
 const HELD_OUT: &str = "emps/emps_validation_pulses.csv";
@@ -31,8 +32,8 @@ fn laws(model: &str) -> Option<Laws> {
     laws.filter(|law| law.get("location").and_then(|place| place.as_str()) != Some(SENSOR)).map(law).collect()
 }
 
-/// What the force is made of at one instant: mass, viscous friction, and every law in units of its strengths; `None` for laws that are
-/// no function of place and speed alone.
+/// What the force is made of at one instant: mass, viscous friction, and every law in units of its strengths;
+/// `None` for laws that are no function of place and speed alone.
 fn parts(laws: &[(String, toml::Table)], [x, v, a]: [f64; 3]) -> Option<Vec<f64>> {
     let mut parts = vec![a, v];
     let sign = if v == 0.0 { 0.0 } else { v.signum() };
@@ -62,7 +63,8 @@ fn number(table: &toml::Table, key: &str) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
 }
 
-/// Root mean square of recorded minus balanced force over that of the recorded, in per cent, on the record with pulses; below 40 Hz.
+/// Root mean square of recorded minus balanced force over that of the recorded, in per cent, on the record
+/// with pulses; below 40 Hz.
 pub(super) fn force_error_percent(data: &Path, model: &str) -> Option<f64> {
     force_error(&laws(model)?, Table::read(&data.join(TRAIN)).ok()?, Table::read(&data.join(HELD_OUT)).ok()?)
 }

@@ -10,9 +10,11 @@ use super::table::Table;
 /// How a recording is made from the published files.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Made {
-    /// Rows of a file, some of them averaged into one; for the axis with a controller the reference that stands for the injected pulses.
+    /// Rows of a file, some of them averaged into one; for the axis with a controller the reference that
+    /// stands for the injected pulses.
     Rows { file: &'static str, first: usize, last: usize, mean_of: usize },
-    /// Seconds of a file, filtered to a band in hertz, every so many rows kept; time goes on from part to part.
+    /// Seconds of a file, filtered to a band in hertz, every so many rows kept; time goes on from part to
+    /// part.
     Band { file: &'static str, from_s: f64, to_s: f64, low_hz: f64, high_hz: f64, keep_every: usize },
     /// Torques at steady speeds, one speed after the other.
     Stairs { drive: &'static str, between: bool, down: bool },
@@ -32,9 +34,11 @@ pub(super) enum Target {
     NotNamed(&'static [&'static str]),
     /// Relative error in per cent of the held-out force that the extended model asks for (inverse dynamics).
     Force(f64),
-    /// The extended model, as it is, on a further recording that nothing was fitted or judged on: root mean square in the output's unit.
+    /// The extended model, as it is, on a further recording that nothing was fitted or judged on: root mean
+    /// square in the output's unit.
     Further(Part, f64),
-    /// Free run of the held-out recording, open loop, in metres, the numbers of the model fitted to such runs.
+    /// Free run of the held-out recording, open loop, in metres, the numbers of the model fitted to such
+    /// runs.
     OpenLoop(f64),
 }
 
@@ -252,7 +256,8 @@ pub(super) fn make(data: &Path, made: &Made) -> io::Result<Table> {
     }
 }
 
-/// Rows per second of a stair, seconds per speed, seconds without values after a change, seconds that a change takes.
+/// Rows per second of a stair, seconds per speed, seconds without values after a change, seconds that a
+/// change takes.
 const STAIR_RATE_HZ: f64 = 20.0;
 const STAIR_S: f64 = 3.0;
 const SETTLING_S: f64 = 0.8;

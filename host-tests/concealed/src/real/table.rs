@@ -80,8 +80,8 @@ impl Table {
         Self { names: self.names, columns: self.columns.into_iter().map(means).collect() }
     }
 
-    /// All columns but the time filtered to a band in hertz, every `keep_every`th row kept. The filter has no phase; half its length is
-    /// lost at either end.
+    /// All columns but the time filtered to a band in hertz, every `keep_every`th row kept. The filter has no
+    /// phase; half its length is lost at either end.
     pub(super) fn band(self, low_hz: f64, high_hz: f64, keep_every: usize) -> Self {
         let Some(time_s) = self.columns.first() else { return self };
         let step_s = (time_s.last().unwrap_or(&1.0) - time_s.first().unwrap_or(&0.0))
@@ -127,8 +127,8 @@ impl Table {
     }
 }
 
-/// Weights of a band-pass without phase between two frequencies in cycles per row: sines over Blackman's window, as long as an edge of
-/// a quarter of the upper frequency asks for.
+/// Weights of a band-pass without phase between two frequencies in cycles per row: sines over Blackman's
+/// window, as long as an edge of a quarter of the upper frequency asks for.
 fn band_pass(low: f64, high: f64) -> Vec<f64> {
     let half = (11.0 / (0.25 * high)).ceil().max(8.0) as i32 / 2;
     let low_pass = |edge: f64, k: f64| if k == 0.0 { 2.0 * edge } else { (TAU * edge * k).sin() / (PI * k) };

@@ -77,7 +77,8 @@ impl Found<'_> {
         among(&self.named()).or_else(|| among(&self.tied()).map(|laws| format!("tied: {laws}")))
     }
 
-    /// Laws with their places that would explain what was trained on, and that what was held out does not confirm.
+    /// Laws with their places that would explain what was trained on, and that what was held out does not
+    /// confirm.
     fn left_open(&self) -> Vec<String> {
         let open = self.answer["unconfirmed"].as_array().into_iter().flatten();
         open.filter_map(|place| place.as_str().map(str::to_owned)).collect()
@@ -97,8 +98,9 @@ impl Found<'_> {
         done.status.success().then_some(())
     }
 
-    /// The extended model is given to the tool as a model, and its error before any refit is read: start and offset are fitted as in every
-    /// other number here, and the input between its samples is made in the same way.
+    /// The extended model is given to the tool as a model, and its error before any refit is read: start and
+    /// offset are fitted as in every other number here, and the input between its samples is made in the same
+    /// way.
     fn further(&self, (name, made): &Part) -> Option<f64> {
         let (first, _) = self.machine.train.first()?;
         let recording = format!("{name}.csv");
@@ -112,8 +114,9 @@ impl Found<'_> {
         fits.find(|fit| fit["role"] == "held_out")?["given"]["rms"].as_f64()
     }
 
-    /// Root mean square of the held-out recording minus the extended model's free run on the recorded force, mean taken off; its numbers
-    /// are refitted to free runs of the training recordings before: a loop hides what makes a slide wander off.
+    /// Root mean square of the held-out recording minus the extended model's free run on the recorded force,
+    /// mean taken off; its numbers are refitted to free runs of the training recordings before: a loop hides
+    /// what makes a slide wander off.
     fn open_loop(&self) -> Option<f64> {
         let (name, _) = self.machine.held_out.first()?;
         let train = self.machine.train.iter().map(|(name, _)| format!("{name}.csv"));

@@ -157,8 +157,8 @@ pub fn mark(truth: &Truth, answer: Option<&Answer>) -> Mark {
     }
 }
 
-/// Whether a tied set of `id at location`, or `id at sensor (column)` where several are read, is the truth; the truth's laws of a sensor
-/// are those of the first output.
+/// Whether a tied set of `id at location`, or `id at sensor (column)` where several are read, is the truth;
+/// the truth's laws of a sensor are those of the first output.
 fn holds(set: &[String], truth: &Truth) -> bool {
     let reads_it = |column: &str| {
         let mut first = truth.channels.iter().filter(|channel| channel.output == 0);
@@ -172,8 +172,8 @@ fn holds(set: &[String], truth: &Truth) -> bool {
     set.len() == truth.physics.len() && truth.physics.iter().all(|law| set.iter().any(|name| is(name, law)))
 }
 
-/// The deflection relative to the base (`beam`) and the tip against the ground (`tip`) are one place here: where the
-/// base moves a hundredth of what the tip does, no recording tells them apart.
+/// The deflection relative to the base (`beam`) and the tip against the ground (`tip`) are one place here:
+/// where the base moves a hundredth of what the tip does, no recording tells them apart.
 fn same_place(one: &str, other: &str) -> bool {
     let place = |name: &str| if name == "tip" { "beam" } else { name }.to_owned();
     place(one) == place(other)

@@ -100,7 +100,8 @@ fn goal(words: &'static str, tally: Tally, marks: &[Mark], enough: impl Fn(f64) 
     }
 }
 
-/// A name under `improved` or `ambiguous` says itself that it is not all, or not the only one: it is wrong, and given without confidence.
+/// A name under `improved` or `ambiguous` says itself that it is not all, or not the only one: it is wrong,
+/// and given without confidence.
 fn outside_goal(scores: &[Score]) -> Goal {
     let outside = scores.iter().filter(|s| s.concealment == Concealment::Outside && s.mark != Mark::NoAnswer);
     let answered: Vec<&Score> = outside.collect();

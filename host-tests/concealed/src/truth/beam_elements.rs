@@ -2,9 +2,11 @@
 
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
-/// Elements along the beam; of a uniform strip three frequencies are then good to 1e-5 and the fifth to 1e-4 (see the test).
+/// Elements along the beam; of a uniform strip three frequencies are then good to 1e-5 and the fifth to 1e-4
+/// (see the test).
 const ELEMENTS: usize = 40;
-/// Gauss-Legendre points and weights on 0..1, exact to degree 9: section times squared shape has at most that.
+/// Gauss-Legendre points and weights on 0..1, exact to degree 9: section times squared shape has at most
+/// that.
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_5, 0.239_314_335_249_683_2),
@@ -137,7 +139,8 @@ mod tests {
         }
     }
 
-    /// Roots of 1 + cos z cosh z and 2 (sinh z + sin z)/(cosh z + cos z)-type constants of a clamped-free strip.
+    /// Roots of 1 + cos z cosh z and 2 (sinh z + sin z)/(cosh z + cos z)-type constants of a clamped-free
+    /// strip.
     #[test]
     fn a_uniform_strip_has_its_textbook_frequencies_and_participations() {
         let strip = uniform();

@@ -1,4 +1,5 @@
-//! The truth in time: fourth-order Runge-Kutta steps; stick and slip of dry friction as events located inside a step.
+//! The truth in time: fourth-order Runge-Kutta steps; stick and slip of dry friction as events located inside
+//! a step.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -76,14 +77,15 @@ struct State {
 }
 
 impl<'a> Machine<'a> {
-    /// Forces, each with its point, on a plant whose frequencies change by a share per second; `None` for too many
-    /// forces or a point that is not there.
+    /// Forces, each with its point, on a plant whose frequencies change by a share per second; `None` for too
+    /// many forces or a point that is not there.
     pub fn new(plant: &'a LinearPlant, forces: Vec<(usize, Force)>, drift_per_s: f64) -> Option<Self> {
         let known = forces.iter().all(|(point, _)| *point < plant.points.len());
         (known && forces.len() <= MOST_FORCES).then_some(Self { plant, forces, drift_per_s })
     }
 
-    /// Runs from `(positions, velocities)` for `count` steps of `step_s` seconds; `input` is known at every instant.
+    /// Runs from `(positions, velocities)` for `count` steps of `step_s` seconds; `input` is known at every
+    /// instant.
     pub fn run(
         &self,
         start: (Vector, Vector),
@@ -94,7 +96,8 @@ impl<'a> Machine<'a> {
         self.run_holding(start, input, step_s, count, (1, &mut |_, _, _| 0.0))
     }
 
-    /// The same with a force beside the input that is renewed every so many steps, from time, positions and velocities, and held.
+    /// The same with a force beside the input that is renewed every so many steps, from time, positions and
+    /// velocities, and held.
     pub fn run_holding(
         &self,
         start: (Vector, Vector),

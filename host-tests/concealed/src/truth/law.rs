@@ -1,4 +1,5 @@
-//! Physics that the nominal model lacks: what a law is called and its parameters, and its formulation in this simulator.
+//! Physics that the nominal model lacks: what a law is called and its parameters, and its formulation in this
+//! simulator.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -110,7 +111,8 @@ impl Smooth {
         matches!(self, Self::OneSided(..) | Self::Stops(..) | Self::Gap(..))
     }
 
-    /// The same law in one run among others: what is random does not repeat itself from recording to recording.
+    /// The same law in one run among others: what is random does not repeat itself from recording to
+    /// recording.
     pub fn of_run(self, mark: u64) -> Self {
         match self {
             Self::Telegraph(size, seed) => Self::Telegraph(size, seed ^ mark),
@@ -201,7 +203,8 @@ pub enum Sensor {
     Rectification(f64),
     /// A pointer with play: follows only after half of this either way (in no catalogue).
     Play(f64),
-    /// Line by line read-out: a reading is later by this many seconds per metre of deflection (in no catalogue).
+    /// Line by line read-out: a reading is later by this many seconds per metre of deflection (in no
+    /// catalogue).
     Rolling(f64),
 }
 

@@ -79,7 +79,8 @@ pub struct SlideMachine {
     pub let_go: bool,
 }
 
-/// A place where forces act: displacement `row · x + base · u`, and what a force of 1 does to the accelerations.
+/// A place where forces act: displacement `row · x + base · u`, and what a force of 1 does to the
+/// accelerations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// As in the catalogue: `base`, `beam`, `tip`, a body, or two bodies with a dash.
@@ -123,8 +124,8 @@ impl LinearPlant {
         self.points.iter().position(|point| point.name == name)
     }
 
-    /// One more oscillator on the base, seen by the first output with a participation; only where the base is prescribed.
-    /// `None` if there is no coordinate left for it.
+    /// One more oscillator on the base, seen by the first output with a participation; only where the base is
+    /// prescribed. `None` if there is no coordinate left for it.
     pub fn with_extra_mode(
         mut self,
         frequency_hz: f64,
@@ -285,7 +286,8 @@ impl BeamMachine {
 }
 
 impl SlideMachine {
-    /// What a reference drives when the controller is fast: its gains as a spring and a damper. Without a controller the machine itself.
+    /// What a reference drives when the controller is fast: its gains as a spring and a damper. Without a
+    /// controller the machine itself.
     pub fn with_a_fast_loop(&self) -> Option<LinearPlant> {
         let Some(PositionLoop { kp, kv }) = self.position_loop else { return self.plant() };
         let mut tied = self.clone();
@@ -296,7 +298,8 @@ impl SlideMachine {
         Some(plant)
     }
 
-    /// Coordinates are the bodies' positions, the input is the force; `None` if there are not one or two bodies.
+    /// Coordinates are the bodies' positions, the input is the force; `None` if there are not one or two
+    /// bodies.
     pub fn plant(&self) -> Option<LinearPlant> {
         let size = self.bodies.len();
         if !(1..=2).contains(&size) {

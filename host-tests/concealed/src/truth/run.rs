@@ -127,14 +127,15 @@ impl Rig {
         &self.plant
     }
 
-    /// Runs from rest under an excitation and reads every output at `rate_hz`; the integrator's steps are `finer` times
-    /// (1 is the usual) shorter than accuracy asks for. `None` for more forces than the integrator takes.
+    /// Runs from rest under an excitation and reads every output at `rate_hz`; the integrator's steps are
+    /// `finer` times (1 is the usual) shorter than accuracy asks for. `None` for more forces than the
+    /// integrator takes.
     pub fn run(&self, excitation: &Excitation, rate_hz: f64, finer: usize) -> Option<Outcome> {
         self.run_with(excitation, &|time_s| excitation.at(time_s), rate_hz, finer)
     }
 
-    /// The same under the input that was recorded of an excitation, which says nothing of what was between its samples. A position loop
-    /// is driven by its reference instead, which is known everywhere.
+    /// The same under the input that was recorded of an excitation, which says nothing of what was between
+    /// its samples. A position loop is driven by its reference instead, which is known everywhere.
     pub fn run_recorded(
         &self,
         excitation: &Excitation,
@@ -228,8 +229,8 @@ impl Outcome {
     }
 }
 
-/// The point at which a smooth force acts: the drive pushes the base or the first body; a disturbance shakes it, or the
-/// beam where the base is prescribed.
+/// The point at which a smooth force acts: the drive pushes the base or the first body; a disturbance shakes
+/// it, or the beam where the base is prescribed.
 fn place_of<'a>(law: &'a Physics, plant: &'a LinearPlant) -> Option<&'a str> {
     match law.location.as_str() {
         "drive" | "environment" => plant.points.first().map(|point| point.name.as_str()),

@@ -1,4 +1,5 @@
-//! A table or a plan on a board: uploaded, moved or played, compared with the host, and felt by perturbed modes.
+//! A table or a plan on a board: uploaded, moved or played, compared with the host, and felt by perturbed
+//! modes.
 
 use std::error::Error;
 
@@ -41,7 +42,8 @@ impl Checked {
     }
 }
 
-/// A whole move, played by the board of this name within its limits in m/s, m/s² and m/s³: the same numbers, relative to a step of the same distance.
+/// A whole move, played by the board of this name within its limits in m/s, m/s² and m/s³: the same numbers,
+/// relative to a step of the same distance.
 pub(super) fn played(
     board: &str,
     planned: &PlayedMove,

@@ -1,8 +1,9 @@
-//! Prints docs/results/shapers.md: `cargo run --profile host -p stillbeam --example shapers [core|qemu] > docs/results/shapers.md`.
-//! With `picture` it prints docs/results/shapers.svg instead.
+//! Prints docs/results/shapers.md: `cargo run --profile host -p stillbeam --example shapers [core|qemu] >
+//! docs/results/shapers.md`. With `picture` it prints docs/results/shapers.svg instead.
 //!
-//! Every table is uploaded to the board of that name (the firmware's core in this process, or the image in the emulator), which
-//! moves 50 mm; each streamed setpoint must be the host's, bit by bit. So are whole moves, which it plays.
+//! Every table is uploaded to the board of that name (the firmware's core in this process, or the image in
+//! the emulator), which moves 50 mm; each streamed setpoint must be the host's, bit by bit. So are whole
+//! moves, which it plays.
 
 mod board_check;
 mod moves;

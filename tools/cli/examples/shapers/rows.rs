@@ -10,8 +10,8 @@ use stillbeam_shape::{OptimalRequest, ShaperDesign, TableCost};
 use super::board_check::Checked;
 use super::{RATE_HZ, boxes};
 
-/// Tolerance, fraction of the box, textbook shapers, and the duration that a plain linear programme on a grid of 4 ms has, for
-/// boxes of frequency alone.
+/// Tolerance, fraction of the box, textbook shapers, and the duration that a plain linear programme on a grid
+/// of 4 ms has, for boxes of frequency alone.
 const ROWS: [(f64, f64, &str, f64); 7] = [
     (0.0, 0.0, "ZV × ZV 0.527 s", 0.495),
     (0.05, 0.05, "ZVD × ZVD 1.054 s (0.57 %)", 0.71),

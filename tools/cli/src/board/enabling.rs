@@ -7,7 +7,8 @@ use super::{BoardError, BoardTarget, Session};
 use crate::error::CliError;
 use crate::streams::Streams;
 
-/// How long a drive may take to come up or to stop, on the link's clock: longer than any setting of the board.
+/// How long a drive may take to come up or to stop, on the link's clock: longer than any setting of the
+/// board.
 const PATIENCE: Duration = Duration::from_secs(100);
 
 /// Whether a person has agreed that a machine moves.
@@ -44,8 +45,8 @@ impl Enabled {
 }
 
 impl BoardTarget {
-    /// Enables the drive for `what`. Boards without hardware are told that nothing is wired and that they stand at zero. Behind a
-    /// port something moves: it is said, and without consent asked for.
+    /// Enables the drive for `what`. Boards without hardware are told that nothing is wired and that they
+    /// stand at zero. Behind a port something moves: it is said, and without consent asked for.
     ///
     /// # Errors
     /// [`CliError::Usage`] without consent; [`CliError::Board`] where the board refuses, with its remedy.
@@ -119,8 +120,9 @@ impl Session {
         self.wait_for_drive(&["disabled", "not_ready", "fault"])
     }
 
-    /// For a board with nothing wired to it: confirms the settings that run where the stored ones are damaged, waives the emergency input where nothing was said of it, says that the machine stands
-    /// where the setpoint is where that is not known, and lets the drive run.
+    /// For a board with nothing wired to it: confirms the settings that run where the stored ones are
+    /// damaged, waives the emergency input where nothing was said of it, says that the machine stands where
+    /// the setpoint is where that is not known, and lets the drive run.
     ///
     /// # Errors
     /// As [`Session::enable_drive`].

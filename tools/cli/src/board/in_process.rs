@@ -1,4 +1,5 @@
-//! The firmware's core in this process: the same console, the same tick, on a clock that runs as fast as it can.
+//! The firmware's core in this process: the same console, the same tick, on a clock that runs as fast as it
+//! can.
 //!
 //! Time passes only while somebody reads or pauses, one tick after the other, so every run is the same to the
 //! bit. It is the portable core that runs, not the image: interrupts, drivers and the serial line are the
@@ -19,7 +20,8 @@ use stillbeam_firmware::telemetry::sender::Sender;
 use super::ByteLink;
 use super::ram_flash::RamFlash;
 
-/// What is wired to the board: the inputs of a tick, from the outputs of the tick before; none before the first.
+/// What is wired to the board: the inputs of a tick, from the outputs of the tick before; none before the
+/// first.
 pub type Wiring = Box<dyn FnMut(Option<&TickOutput>) -> Inputs>;
 
 /// The core as a board.

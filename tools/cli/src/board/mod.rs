@@ -48,7 +48,8 @@ pub trait ByteLink {
     /// Whatever the line reports; a line that was closed is an error, not 0.
     fn read(&mut self, buffer: &mut [u8], patience: Duration) -> std::io::Result<usize>;
 
-    /// Time on the link's clock since it was opened: real for a board, simulated for the core in this process.
+    /// Time on the link's clock since it was opened: real for a board, simulated for the core in this
+    /// process.
     fn clock(&self) -> Duration;
 
     /// Lets time pass on the link's clock.

@@ -53,8 +53,8 @@ impl StreamedMotion {
         samples.map(|sample| f64::from(sample.setpoint.0) * 1e-9).collect()
     }
 
-    /// Where the encoder saw the machine, in metres, from the last sample before the motion's start on; `None` where
-    /// the board has no encoder.
+    /// Where the encoder saw the machine, in metres, from the last sample before the motion's start on;
+    /// `None` where the board has no encoder.
     pub fn encoder_m(&self) -> Option<Vec<f64>> {
         let samples = self.samples.iter().skip(self.start);
         samples.map(|sample| Some(f64::from(sample.encoder?.0) * 1e-9)).collect()
@@ -101,13 +101,13 @@ impl Session {
         }
     }
 
-    /// Runs `move ...` or `sweep ...` with telemetry of every `decimation`-th tick (1 or more) and returns all
-    /// samples until `extra_s` seconds after the setpoint has come to rest. `progress` is told how much of the
-    /// motion is done, from 0 to 1.
+    /// Runs `move ...` or `sweep ...` with telemetry of every `decimation`-th tick (1 or more) and returns
+    /// all samples until `extra_s` seconds after the setpoint has come to rest. `progress` is told how much
+    /// of the motion is done, from 0 to 1.
     ///
     /// # Errors
-    /// As [`Session::command`]; [`BoardError::SamplesLost`] when a sequence number is missing, [`BoardError::Fault`] when a
-    /// fault ended the motion.
+    /// As [`Session::command`]; [`BoardError::SamplesLost`] when a sequence number is missing,
+    /// [`BoardError::Fault`] when a fault ended the motion.
     pub fn run_motion(
         &mut self,
         motion: &str,

@@ -1,7 +1,8 @@
 //! What comes over the line, sorted: lines of text, frames of samples, and what is neither.
 //!
 //! A zero byte never occurs in text nor in a frame and begins and ends every frame. A frame's first byte is
-//! [`FIRST_BYTE`], which text never has either. So after any loss at most the line and the frame that it hit are wrong.
+//! [`FIRST_BYTE`], which text never has either. So after any loss at most the line and the frame that it hit
+//! are wrong.
 
 use std::collections::VecDeque;
 

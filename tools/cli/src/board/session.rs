@@ -20,14 +20,15 @@ const HANDSHAKE_PATIENCE: Duration = Duration::from_secs(8);
 /// How long one attempt of the handshake may take.
 const ATTEMPT_PATIENCE: Duration = Duration::from_millis(1200);
 
-/// How long a command may be refused as `busy` before that is taken for an answer, in seconds of the board's own time:
-/// an emulated board on a busy computer runs many times slower than the clock on the wall.
+/// How long a command may be refused as `busy` before that is taken for an answer, in seconds of the board's
+/// own time: an emulated board on a busy computer runs many times slower than the clock on the wall.
 const BUSY_PATIENCE_S: f64 = 10.0;
 
 /// How often a command is sent when the line damages it or its reply.
 const ATTEMPTS: u32 = 10;
 
-/// How long the line is listened to before a command is sent again, so that no late reply is taken for the next.
+/// How long the line is listened to before a command is sent again, so that no late reply is taken for the
+/// next.
 const SILENCE: Duration = Duration::from_millis(60);
 
 /// Commands that may be sent again when it is not known whether they were taken: twice does what once does.
@@ -76,7 +77,8 @@ enum Answer {
     Unknown(BoardError),
 }
 
-/// A conversation with a board's console: echo off, one command at a time, each with a checksum if the board knows them.
+/// A conversation with a board's console: echo off, one command at a time, each with a checksum if the board
+/// knows them.
 pub struct Session {
     link: Box<dyn ByteLink>,
     checksums: bool,
@@ -163,12 +165,12 @@ impl Session {
         self.repeated
     }
 
-    /// Sends one command and waits for the end of its reply. What the line damages is sent again, a motion only when it
-    /// is certain that the board did not take it.
+    /// Sends one command and waits for the end of its reply. What the line damages is sent again, a motion
+    /// only when it is certain that the board did not take it.
     ///
     /// # Errors
-    /// [`BoardError::Refused`] with the console's own words; [`BoardError::Timeout`], [`BoardError::Damaged`],
-    /// [`BoardError::Protocol`], [`BoardError::Io`].
+    /// [`BoardError::Refused`] with the console's own words; [`BoardError::Timeout`],
+    /// [`BoardError::Damaged`], [`BoardError::Protocol`], [`BoardError::Io`].
     pub fn command(&mut self, command: &str) -> Result<Reply, BoardError> {
         let name = command.split(' ').next().unwrap_or_default();
         let repeatable = REPEATABLE.contains(&name) && !command.ends_with(" commit");
@@ -214,7 +216,8 @@ impl Session {
             }
             let good = !self.checksums || take_checksum(&mut lines);
             let line = lines.pop().unwrap_or_default();
-            // Before it requires checksums a board refuses damaged lines without one, and one that has none says so.
+            // Before it requires checksums a board refuses damaged lines without one, and one that has none
+            // says so.
             let plain = ["err crc line: ", "err syntax line: ", "err unknown-command checksum: "];
             if !good && !plain.iter().any(|start| line.starts_with(start)) {
                 return Ok(Answer::Unknown(self.damaged(command)));
@@ -293,7 +296,8 @@ impl Session {
         }
     }
 
-    /// What the board said of faults since the last time this was asked: `NAME tick=N drive=enabled|disabled`.
+    /// What the board said of faults since the last time this was asked: `NAME tick=N
+    /// drive=enabled|disabled`.
     pub fn take_faults(&mut self) -> Vec<String> {
         std::mem::take(&mut self.faults)
     }
@@ -407,7 +411,8 @@ impl Session {
         Ok(())
     }
 
-    /// From now on tells the board again and again that somebody is there, if it stops without that (`link.timeout_ms`).
+    /// From now on tells the board again and again that somebody is there, if it stops without that
+    /// (`link.timeout_ms`).
     ///
     /// # Errors
     /// As [`Session::command`], but for firmware that does not know the setting.

@@ -6,7 +6,8 @@ use stillbeam_shape::{BoardPlan, BoardTable, Crc32};
 
 use super::{BoardError, Reply, Session};
 
-/// How often something is sent from the beginning when the board reports it damaged although every frame was taken.
+/// How often something is sent from the beginning when the board reports it damaged although every frame was
+/// taken.
 const ATTEMPTS: u32 = 3;
 
 /// How often a frame is sent when it arrives damaged.
@@ -21,12 +22,13 @@ struct Outgoing {
 }
 
 impl Session {
-    /// Sends a table, lets it run, and returns the CRC-32 that the board computes of what it runs, which is that of
-    /// `table`. Damaged frames are sent again.
+    /// Sends a table, lets it run, and returns the CRC-32 that the board computes of what it runs, which is
+    /// that of `table`. Damaged frames are sent again.
     ///
     /// # Errors
-    /// [`BoardError::Refused`] in the board's own words: another tick rate, too little memory, a motion in which no table
-    /// can be taken. [`BoardError::Table`] when the board has another table in the end. As [`Session::command`].
+    /// [`BoardError::Refused`] in the board's own words: another tick rate, too little memory, a motion in
+    /// which no table can be taken. [`BoardError::Table`] when the board has another table in the end. As
+    /// [`Session::command`].
     pub fn upload_table(&mut self, table: &BoardTable) -> Result<Crc32, BoardError> {
         let (bytes, crc32) = (table.bytes(), table.crc32());
         self.upload(&Outgoing { kind: UploadKind::Table, bytes, crc32, rate_hz: table.rate_hz })

@@ -19,9 +19,10 @@ use crate::streams::{Streams, json_on_stdout};
 
 /// Set identified modes on a board, over its console, and let it design and run their shaper.
 ///
-/// MODES.json is what `stillbeam identify --json` wrote. Every mode gets the shortest of zv, zvd, zvdd and zvddd that keeps its
-/// vibration below --tolerance anywhere in its uncertainty box (what was measured, and no less than --box-floor), or the --type that is named. The board designs the taps
-/// itself; its CRC is checked against the host's. A shaper for all modes at once is `shape --optimal` and `upload`.
+/// MODES.json is what `stillbeam identify --json` wrote. Every mode gets the shortest of zv, zvd, zvdd and
+/// zvddd that keeps its vibration below --tolerance anywhere in its uncertainty box (what was measured, and
+/// no less than --box-floor), or the --type that is named. The board designs the taps itself; its CRC is
+/// checked against the host's. A shaper for all modes at once is `shape --optimal` and `upload`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:

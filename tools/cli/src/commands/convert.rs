@@ -12,8 +12,8 @@ use crate::streams::Streams;
 
 /// Read a recording in any format and write it as CSV, universal file or JSON.
 ///
-/// Read: CSV, universal files (data sets 58 and 58b), MATLAB files (-v6, -v7), WAV, Klipper's raw accelerometer
-/// logs, told apart by their content.
+/// Read: CSV, universal files (data sets 58 and 58b), MATLAB files (-v6, -v7), WAV, Klipper's raw
+/// accelerometer logs, told apart by their content.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:

@@ -11,8 +11,8 @@ use crate::streams::Streams;
 
 /// Sweep, identify, design six shapers, move with each, and compare with the paper.
 ///
-/// The board side is the firmware: its portable core in this process, its image on an emulated board, or a real
-/// board. The beam and the camera are simulated.
+/// The board side is the firmware: its portable core in this process, its image on an emulated board, or a
+/// real board. The beam and the camera are simulated.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:

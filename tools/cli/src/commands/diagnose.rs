@@ -47,23 +47,25 @@ pub struct DiagnoseArgs {
     /// Write the refitted model, with the physics found, to this file, for `simulate`
     #[arg(long, value_name = "FILE.toml")]
     extended_model: Option<String>,
-    /// Write the given model, only its own parameters refitted, those of the laws it has with them, to this file, whatever was found
+    /// Write the given model, only its own parameters refitted, those of the laws it has with them, to this
+    /// file, whatever was found
     #[arg(long, value_name = "FILE.toml")]
     refitted_model: Option<String>,
-    /// Also try the diagnosis on this very experiment with a known truth: this many times nothing missing, half as often the
-    /// physics found present, once with it struck from the catalogue. Takes as many times longer
+    /// Also try the diagnosis on this very experiment with a known truth: this many times nothing missing,
+    /// half as often the physics found present, once with it struck from the catalogue. Takes as many times
+    /// longer
     #[arg(long, value_name = "RUNS", num_args = 0..=1, default_missing_value = "6")]
     controls: Option<usize>,
-    /// The largest amplitude that the machine may be given, in the unit of the model's input, for the run proposed
-    /// next [default: three times the largest recorded]
+    /// The largest amplitude that the machine may be given, in the unit of the model's input, for the run
+    /// proposed next [default: three times the largest recorded]
     #[arg(long, value_name = "AMPLITUDE")]
     most_amplitude: Option<f64>,
-    /// Velocity and acceleration that the machine allows, in mm/s and mm/s², for the run proposed next; the board's own settings as
-    /// they come if not given
+    /// Velocity and acceleration that the machine allows, in mm/s and mm/s², for the run proposed next; the
+    /// board's own settings as they come if not given
     #[arg(long, value_name = "VELOCITY,ACCELERATION")]
     limits: Option<MachineLimits>,
-    /// Begin no further search after this many seconds; the result then says what was not looked for, and no verdict is more
-    /// certain than the whole search would make it
+    /// Begin no further search after this many seconds; the result then says what was not looked for, and no
+    /// verdict is more certain than the whole search would make it
     #[arg(long, value_name = "SECONDS")]
     time_limit: Option<f64>,
     /// The same in processor seconds of all threads together, so that a busy computer changes no answer

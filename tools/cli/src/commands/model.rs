@@ -13,8 +13,8 @@ use crate::streams::{Streams, json_on_stdout};
 
 /// Frequencies, damping ratios and participations of a model.
 ///
-/// For a beam on a base: with the base held (what vibrates after a servo has stopped, hence what shapers are designed
-/// for) and with the base free (what a force-driven sweep shows).
+/// For a beam on a base: with the base held (what vibrates after a servo has stopped, hence what shapers are
+/// designed for) and with the base free (what a force-driven sweep shows).
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:

@@ -19,9 +19,10 @@ use crate::streams::{Streams, json_on_stdout};
 
 /// Plan the shortest move within limits that leaves every mode within a tolerance, wherever in its box it is.
 ///
-/// The whole command is solved for, not a move and a shaper one after the other. It is written tick by tick as a recording
-/// (`time_s, setpoint_m`), which `stillbeam simulate --input` takes, and sent to the board as pieces of constant jerk, which it plays to the
-/// same nanometres: `play` in the console, or `stillbeam record play`.
+/// The whole command is solved for, not a move and a shaper one after the other. It is written tick by tick
+/// as a recording (`time_s, setpoint_m`), which `stillbeam simulate --input` takes, and sent to the board as
+/// pieces of constant jerk, which it plays to the same nanometres: `play` in the console, or `stillbeam
+/// record play`.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -32,7 +33,8 @@ pub struct PlanArgs {
     /// From rest to rest: 50mm, 5cm, 0.05m; a bare number is in mm
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     distance: Length,
-    /// Largest velocity, acceleration and jerk in mm/s, mm/s² and mm/s³; by default those that the board's settings come with
+    /// Largest velocity, acceleration and jerk in mm/s, mm/s² and mm/s³; by default those that the board's
+    /// settings come with
     #[arg(long, value_name = "V,A,J")]
     limits: Option<String>,
     /// Let the command go backwards and past its end on the way

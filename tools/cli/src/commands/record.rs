@@ -14,10 +14,11 @@ use crate::streams::Streams;
 /// Run a motion on a board and write what it streams as a recording.
 ///
 /// The columns are time_s (zero when the command starts to change), command_m (before shaping), setpoint_m
-/// (after), with an encoder encoder_m, input_1_level to input_3_level (the general inputs, 0 or 1) and state_number
-/// (0 rest, 1 moving, 2 sweeping, 3 stopping, 4 settling, 5 fault, 6 multisine, 7 pulsing, 8 decaying, 9 playing).
-/// The side file (.toml) says how many samples were lost, and where. To identify the machine, add what a sensor saw as a further column on the same clock, with empty cells
-/// where there is no frame; an offset of the sensor's clock shows as the same delay in every mode.
+/// (after), with an encoder encoder_m, input_1_level to input_3_level (the general inputs, 0 or 1) and
+/// state_number (0 rest, 1 moving, 2 sweeping, 3 stopping, 4 settling, 5 fault, 6 multisine, 7 pulsing, 8
+/// decaying, 9 playing). The side file (.toml) says how many samples were lost, and where. To identify the
+/// machine, add what a sensor saw as a further column on the same clock, with empty cells where there is no
+/// frame; an offset of the sensor's clock shows as the same delay in every mode.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -39,7 +40,8 @@ pub struct RecordArgs {
     /// Go on without asking whether the machine may move
     #[arg(long)]
     yes: bool,
-    /// The motion, as on the console: `move POSITION_MM`, `sweep ...`, `multisine ...`, `pulse ...`, `decay ...`
+    /// The motion, as on the console: `move POSITION_MM`, `sweep ...`, `multisine ...`, `pulse ...`, `decay
+    /// ...`
     #[arg(required = true, value_name = "MOTION", allow_negative_numbers = true)]
     motion: Vec<String>,
 }

@@ -41,14 +41,15 @@ pub struct ShapeArgs {
         allow_negative_numbers = true
     )]
     tolerance: f64,
-    /// With --optimal: let negative weights sum to up to this; the setpoint may become faster than the command by 1 + 2 of
-    /// it, so the machine's limits are checked
+    /// With --optimal: let negative weights sum to up to this; the setpoint may become faster than the
+    /// command by 1 + 2 of it, so the machine's limits are checked
     #[arg(long, value_name = "LIMIT", requires = "optimal", allow_negative_numbers = true)]
     allow_negative: Option<f64>,
     /// What the machine can do, in mm/s and mm/s²; by default the limits that the board's settings come with
     #[arg(long, value_name = "VELOCITY,ACCELERATION", requires = "allow_negative")]
     machine_limits: Option<String>,
-    /// What the commands ask for at most; without it the board is taken to plan its moves, which it then slows itself
+    /// What the commands ask for at most; without it the board is taken to plan its moves, which it then
+    /// slows itself
     #[arg(long, value_name = "VELOCITY,ACCELERATION", requires = "allow_negative")]
     command_limits: Option<String>,
     /// With --optimal: the longest shaper, in seconds; by default what fits into the board's memory

@@ -19,15 +19,17 @@ use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::streams::{Streams, json_on_stdout};
 
-/// Between the samples of an input at a lower rate than this there are straight lines of this rate, hertz, ...
+/// Between the samples of an input at a lower rate than this there are straight lines of this rate, hertz,
+/// ...
 const FINE_HZ: f64 = 4000.0;
-/// ... or this many to an interval: then they are off a sine of four samples per period by less than 1e-4 of it.
+/// ... or this many to an interval: then they are off a sine of four samples per period by less than 1e-4 of
+/// it.
 const MOST_PARTS: f64 = 64.0;
 /// Distances from even stamps, as a share of the interval, that are rounding.
 const EVEN: f64 = 5e-3;
 
-/// Seconds of a simulated move that are written to a recording, or the whole of a command that takes longer: a decay lasts as
-/// long as it was asked for.
+/// Seconds of a simulated move that are written to a recording, or the whole of a command that takes longer:
+/// a decay lasts as long as it was asked for.
 const WRITTEN_S: f64 = 10.0;
 
 /// Ticks per second without --rate and without a shaper.
@@ -50,19 +52,19 @@ pub struct SimulateArgs {
     /// The model file
     #[arg(value_name = "MODEL.toml")]
     model: PathBuf,
-    /// What the base is told to do, from zero: 'move 50' (mm) or 'move 0.05m', or a sweep, multisine, pulse or decay as on
-    /// the firmware's console, in mm
+    /// What the base is told to do, from zero: 'move 50' (mm) or 'move 0.05m', or a sweep, multisine, pulse
+    /// or decay as on the firmware's console, in mm
     #[arg(long, value_name = "COMMAND")]
     command: Option<String>,
-    /// A recording that has the model's input column; between even samples the input is a cubic, as `identify` and
-    /// `diagnose` read it, unless the model says `hold`
+    /// A recording that has the model's input column; between even samples the input is a cubic, as
+    /// `identify` and `diagnose` read it, unless the model says `hold`
     #[arg(long, value_name = "REC.csv")]
     input: Option<PathBuf>,
     /// Shape the command, or the recorded input, with a table that `shape --json` wrote
     #[arg(long, value_name = "FILE")]
     shaper: Option<PathBuf>,
-    /// Ticks per second of a command; by default the shaper's, or 4000. Between the ticks of an excitation the base follows
-    /// a cubic, as `identify` and `diagnose` read it
+    /// Ticks per second of a command; by default the shaper's, or 4000. Between the ticks of an excitation
+    /// the base follows a cubic, as `identify` and `diagnose` read it
     #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Use the recorded input as it is, even if the model has a controller and the recording its reference
@@ -303,8 +305,8 @@ impl SimulateArgs {
         Ok(Some((fine, rate_hz)))
     }
 
-    /// Simulates, writes what was asked for, at the input's times or at a rate, and prints what each output did, beside what
-    /// was recorded of it.
+    /// Simulates, writes what was asked for, at the input's times or at a rate, and prints what each output
+    /// did, beside what was recorded of it.
     fn report(
         &self,
         model: &Model,

@@ -1,4 +1,5 @@
-//! `stillbeam upload`: a table of `stillbeam shape --json`, or a plan of `stillbeam plan --json`, on the board.
+//! `stillbeam upload`: a table of `stillbeam shape --json`, or a plan of `stillbeam plan --json`, on the
+//! board.
 
 use std::path::PathBuf;
 
@@ -11,10 +12,11 @@ use crate::streams::Streams;
 
 /// Send a shaper table to a board and let it run, or a plan that it can play.
 ///
-/// FILE.json of a table is what `stillbeam shape --json` writes: the stages of a cascade, or one flat stage with up to 64 taps. It is
-/// taken at rest or in the middle of a move, without a jump, and replaces the shaper of the modes until `set
-/// shaper.source designed`. The board keeps it across a reset with --save. FILE.json of a plan is what `stillbeam plan --json` writes: the board plays it
-/// at `play` and forgets it at a reset.
+/// FILE.json of a table is what `stillbeam shape --json` writes: the stages of a cascade, or one flat stage
+/// with up to 64 taps. It is taken at rest or in the middle of a move, without a jump, and replaces the
+/// shaper of the modes until `set shaper.source designed`. The board keeps it across a reset with --save.
+/// FILE.json of a plan is what `stillbeam plan --json` writes: the board plays it at `play` and forgets it at
+/// a reset.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:

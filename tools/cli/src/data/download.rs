@@ -1,7 +1,7 @@
 //! One file, whole and right or not at all.
 //!
-//! What comes is hashed while it is written to `NAME.part`; only a file with the right SHA-256 gets its name. A transfer that broke
-//! is taken up where it ended.
+//! What comes is hashed while it is written to `NAME.part`; only a file with the right SHA-256 gets its name.
+//! A transfer that broke is taken up where it ended.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -51,11 +51,12 @@ pub fn client() -> Agent {
         .into()
 }
 
-/// Gets an original into a folder that is there. `expected` is its SHA-256 (from the list, or from an earlier time); without one
-/// whatever comes is taken.
+/// Gets an original into a folder that is there. `expected` is its SHA-256 (from the list, or from an earlier
+/// time); without one whatever comes is taken.
 ///
 /// # Errors
-/// [`DataError`]. After [`DataError::Broken`] `NAME.part` stays for the next time, if its end can be checked then.
+/// [`DataError`]. After [`DataError::Broken`] `NAME.part` stays for the next time, if its end can be checked
+/// then.
 pub fn fetch(
     client: &Agent,
     original: &Original,

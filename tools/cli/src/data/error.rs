@@ -4,7 +4,8 @@ use std::io;
 
 use thiserror::Error;
 
-/// Why a recording could not be fetched. Whatever happened, no file with a wrong content is left under its name.
+/// Why a recording could not be fetched. Whatever happened, no file with a wrong content is left under its
+/// name.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum DataError {

@@ -1,4 +1,5 @@
-//! `SHA256SUMS` in a folder of recordings: what `sha256sum --check` reads, and what the next fetch compares with.
+//! `SHA256SUMS` in a folder of recordings: what `sha256sum --check` reads, and what the next fetch compares
+//! with.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -1,7 +1,7 @@
 //! The main job, end to end: sweep, identify, shape, move, judge.
 //!
-//! The board is real in one of three degrees (the core in this process, the image on an emulated board, a board
-//! behind a port); beam and camera are simulated from `models/paper_beam.toml`.
+//! The board is real in one of three degrees (the core in this process, the image on an emulated board, a
+//! board behind a port); beam and camera are simulated from `models/paper_beam.toml`.
 
 pub mod board_setup;
 pub mod cases;

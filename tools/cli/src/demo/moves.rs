@@ -44,8 +44,8 @@ pub struct MoveResult {
     pub setpoint_csv: String,
 }
 
-/// Makes every move, and returns to zero after each. Writes one table and one recording per move into `folder`.
-/// `progress` is told how much is done, from 0 to 1, and what comes.
+/// Makes every move, and returns to zero after each. Writes one table and one recording per move into
+/// `folder`. `progress` is told how much is done, from 0 to 1, and what comes.
 ///
 /// # Errors
 /// [`CliError`]; [`CliError::Internal`] when the board's table is not the host's.
@@ -113,8 +113,8 @@ fn run_one(
     Ok(MoveResult { case: *case, design, crc32, streamed_s, simulated, setpoint_csv })
 }
 
-/// The first [`SHOWN_S`] seconds as a recording: command and setpoint as streamed, held from where the stream ends,
-/// and the tip where the camera has a frame.
+/// The first [`SHOWN_S`] seconds as a recording: command and setpoint as streamed, held from where the stream
+/// ends, and the tip where the camera has a frame.
 fn recording(simulated: &BaseMove, command_m: &[f64], seed: u64) -> Result<Recording, CliError> {
     let rate_hz = simulated.rate_hz;
     let shown = ((SHOWN_S * rate_hz) as usize).max(command_m.len()).min(simulated.setpoint_m.len());

@@ -32,8 +32,8 @@ pub struct ModeSummary {
 pub struct MoveSummary {
     /// `none`, `single-mode zv`, ..., `two-mode zvdd`.
     pub shaper: String,
-    /// Seconds from the start of the command until the tip stays within 2 % of the move around its target; `null`
-    /// when it does not.
+    /// Seconds from the start of the command until the tip stays within 2 % of the move around its target;
+    /// `null` when it does not.
     pub settling_time_s: Option<f64>,
     /// Furthest of the tip beyond its target, percent of the move.
     pub overshoot_pct: f64,

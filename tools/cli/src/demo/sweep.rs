@@ -21,8 +21,8 @@ const SHARE_OF_LIMITS: f64 = 0.8;
 /// How long the beam is recorded after the sweep, seconds: its free decay sharpens the damping.
 const AFTER_S: f64 = 5.0;
 
-/// Streamed samples per second: sixty per period of the fastest sine. More would only be more text for the line, which
-/// is what an emulated board is slowest at.
+/// Streamed samples per second: sixty per period of the fastest sine. More would only be more text for the
+/// line, which is what an emulated board is slowest at.
 const STREAM_HZ: f64 = 500.0;
 
 /// Seed of the camera's noise during the sweep.

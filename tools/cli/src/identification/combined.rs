@@ -160,8 +160,8 @@ fn duration_s(result: &IdentifiedModes) -> f64 {
     result.window_s[1] - result.window_s[0]
 }
 
-/// Differences of a mode in two recordings, of which the shorter one is so long, that neither their standard errors nor their
-/// resolution allow.
+/// Differences of a mode in two recordings, of which the shorter one is so long, that neither their standard
+/// errors nor their resolution allow.
 fn disagreements(first: &IdentifiedMode, second: &IdentifiedMode, shorter_s: f64) -> Vec<Warning> {
     let [least_hz, least_ratio] = resolution(first.frequency_hz.value, first.damping_ratio.value, shorter_s);
     let pairs = [

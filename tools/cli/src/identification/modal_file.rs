@@ -1,9 +1,9 @@
 //! Identified modes as a model file, for `simulate` and `diagnose`.
 //!
-//! What the fit found beside the modes goes along: a delay of the output as its sensor's, and the static share of the modes
-//! beyond the band as one mode far above it, which a refit must not move, the real pole of a base that slides with friction
-//! together with the rates of the modes. An offset belongs to a recording, not to the
-//! structure, and stays with it.
+//! What the fit found beside the modes goes along: a delay of the output as its sensor's, and the static
+//! share of the modes beyond the band as one mode far above it, which a refit must not move, the real pole of
+//! a base that slides with friction together with the rates of the modes. An offset belongs to a recording,
+//! not to the structure, and stays with it.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -24,8 +24,8 @@ pub struct ModalFile {
     pub remarks: Vec<String>,
 }
 
-/// How far above the highest mode the static share is put, as a ratio of frequencies: it then moves less than a
-/// thousandth with frequency inside the band.
+/// How far above the highest mode the static share is put, as a ratio of frequencies: it then moves less than
+/// a thousandth with frequency inside the band.
 const BEYOND: f64 = 50.0;
 /// The damping ratio of that mode; enough that a kink of the input does not ring it for long.
 const BEYOND_DAMPING: f64 = 0.2;

@@ -18,8 +18,8 @@ impl ChosenModes {
     /// Reads a file and takes the modes of these numbers, counted from 1; all where there are none.
     ///
     /// # Errors
-    /// [`CliError::ModesFile`] for the file; [`CliError::Usage`] for a number that is not in it, and for more modes than
-    /// a shaper takes.
+    /// [`CliError::ModesFile`] for the file; [`CliError::Usage`] for a number that is not in it, and for more
+    /// modes than a shaper takes.
     pub fn read(path: &Path, numbers: &[usize]) -> Result<Self, CliError> {
         let file = ModesFile::read(path)?;
         let count = file.modes.len();

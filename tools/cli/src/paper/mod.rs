@@ -1,4 +1,5 @@
-//! The paper beside this project: every table and figure made again, on the firmware's core and a simulated testbed.
+//! The paper beside this project: every table and figure made again, on the firmware's core and a simulated
+//! testbed.
 //!
 //! | of the paper | file |
 //! |---|---|
@@ -64,8 +65,8 @@ pub struct PaperResult {
     pub seconds: f64,
 }
 
-/// Makes everything and writes it into `folder`, which is made if need be: `report.html`, `results.md`, `summary.json` and
-/// the recordings of the four sweeps.
+/// Makes everything and writes it into `folder`, which is made if need be: `report.html`, `results.md`,
+/// `summary.json` and the recordings of the four sweeps.
 ///
 /// # Errors
 /// [`CliError`] from whatever failed first.

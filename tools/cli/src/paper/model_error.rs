@@ -22,8 +22,8 @@ pub struct RowErrors {
     pub case: Case,
     /// Percentage vibration with the design's frequencies exact.
     pub exact_pct: f64,
-    /// The smallest error, up or down, of the first and of the second frequency, each alone, that leaves what is printed;
-    /// `None` where none up to 15 and 40 % does.
+    /// The smallest error, up or down, of the first and of the second frequency, each alone, that leaves what
+    /// is printed; `None` where none up to 15 and 40 % does.
     pub alone: [Option<f64>; 2],
 }
 
@@ -104,7 +104,8 @@ impl<'m> Beam<'m> {
         Ok(shaped.relative_to(&unshaped).tip_pct)
     }
 
-    /// The smallest error of one frequency, up or down, that leaves `printed_pct`: by steps, then by bisection.
+    /// The smallest error of one frequency, up or down, that leaves `printed_pct`: by steps, then by
+    /// bisection.
     fn error_for(
         &self,
         row: usize,

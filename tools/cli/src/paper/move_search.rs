@@ -1,5 +1,6 @@
-//! Which move explains Table 2? The paper prints neither its profile nor its duration nor what "settled" means. Every
-//! combination of a profile, a duration and a meaning foretells six settling times; the printed ones choose.
+//! Which move explains Table 2? The paper prints neither its profile nor its duration nor what "settled"
+//! means. Every combination of a profile, a duration and a meaning foretells six settling times; the printed
+//! ones choose.
 
 use stillbeam_plant::{Mode, PlantError, PrescribedBase};
 
@@ -11,7 +12,8 @@ use crate::error::CliError;
 /// Durations that are tried: seconds, from, to and step.
 const DURATIONS_S: (f64, f64, f64) = (0.05, 0.70, 0.005);
 
-/// How long the tip is watched after the setpoint has come to rest, seconds: long enough to see what does not settle.
+/// How long the tip is watched after the setpoint has come to rest, seconds: long enough to see what does not
+/// settle.
 const WATCHED_S: f64 = 2.0;
 
 /// What a printed column may mean.
@@ -87,8 +89,8 @@ pub struct Fit {
     pub is_longest: bool,
 }
 
-/// The move that explains the table best, profile and seconds: its settling times as the length of the command, its
-/// overshoot and its percentage vibration each choose it by themselves.
+/// The move that explains the table best, profile and seconds: its settling times as the length of the
+/// command, its overshoot and its percentage vibration each choose it by themselves.
 pub const EXPLAINING_MOVE: (Profile, f64) = (Profile::Triangle, 0.215);
 
 /// Tries everything on a beam with these modes: one [`Fit`] per profile and meaning.

@@ -1,4 +1,5 @@
-//! Table 2 and Figs. 6 to 9: the move that explains the table ([`EXPLAINING_MOVE`]) with each shaper, made by the board.
+//! Table 2 and Figs. 6 to 9: the move that explains the table ([`EXPLAINING_MOVE`]) with each shaper, made by
+//! the board.
 
 use stillbeam_plant::{Move, MoveMetrics, measure_move};
 
@@ -45,7 +46,8 @@ pub fn run(
     rig: &Rig,
     progress: &mut dyn FnMut(usize, &str),
 ) -> Result<Vec<PaperMove>, CliError> {
-    // A triangle of the velocity over T covers a T²/4. A micrometre per second squared less would take another tick.
+    // A triangle of the velocity over T covers a T²/4. A micrometre per second squared less would take
+    // another tick.
     let acceleration_mm_s2 = 4.0 * TARGET_MM / EXPLAINING_MOVE.1.powi(2) + 1e-3;
     session.command(&format!("set move.acceleration_mm_s2 {acceleration_mm_s2:.3}"))?;
     session.command_when_ready("apply")?;

@@ -52,8 +52,9 @@ pub const TABLE_1: [SweepRow; 4] = [
 /// Damping ratio of both modes by the logarithmic decrement, eq. 35.
 pub const DECREMENT_DAMPING: f64 = 0.0074;
 
-/// Frequency (hertz) and damping ratio of both modes that the shapers are designed for, section 5.3. The paper names
-/// 1.1 Hz and 0.0074 for the first; for the second we take its 6.9 Hz and the same damping, eq. 35.
+/// Frequency (hertz) and damping ratio of both modes that the shapers are designed for, section 5.3. The
+/// paper names 1.1 Hz and 0.0074 for the first; for the second we take its 6.9 Hz and the same damping, eq.
+/// 35.
 pub const DESIGN: [(f64, f64); 2] = [(1.1, DECREMENT_DAMPING), (6.9, DECREMENT_DAMPING)];
 
 impl SweepRow {
@@ -85,7 +86,8 @@ impl SweepRow {
     }
 }
 
-/// Eq. 22 for two modes (hertz, damping ratio) solved for `[alpha1 (1/s), alpha2 (s)]`. Either may come out negative.
+/// Eq. 22 for two modes (hertz, damping ratio) solved for `[alpha1 (1/s), alpha2 (s)]`. Either may come out
+/// negative.
 pub fn rayleigh(frequency_hz: [f64; 2], damping_ratio: [f64; 2]) -> [f64; 2] {
     let [w1, w2] = frequency_hz.map(|hz| std::f64::consts::TAU * hz);
     let [zeta1, zeta2] = damping_ratio;

@@ -21,15 +21,15 @@ pub struct Response {
     pub damping_ratio: [f64; 2],
     /// Rayleigh's coefficients of them, `[1/s, s]`.
     pub rayleigh: [f64; 2],
-    /// Root mean square of model minus beam over the compared time, as a fraction of that of the beam. Two signals of
-    /// no relation have about 1.4.
+    /// Root mean square of model minus beam over the compared time, as a fraction of that of the beam. Two
+    /// signals of no relation have about 1.4.
     pub error: f64,
     /// The model's tip deflection in metres, one per sample of the move.
     pub tip_deflection_m: Vec<f64>,
 }
 
-/// Simulates the unshaped move with every set: the paper's four sweeps, its decrement, and our estimates from the slowest
-/// sweep. All share the true participations, which the paper does not print.
+/// Simulates the unshaped move with every set: the paper's four sweeps, its decrement, and our estimates from
+/// the slowest sweep. All share the true participations, which the paper does not print.
 ///
 /// # Errors
 /// [`CliError::Plant`].

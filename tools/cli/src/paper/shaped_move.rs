@@ -1,4 +1,5 @@
-//! Moves of other profiles and durations than the board's, shaped in continuous time, for the search of the paper's.
+//! Moves of other profiles and durations than the board's, shaped in continuous time, for the search of the
+//! paper's.
 
 use stillbeam_firmware::shaper::Mode;
 use stillbeam_firmware::shaper::design::{Impulse, convolved};
@@ -45,7 +46,8 @@ impl Profile {
     }
 }
 
-/// Setpoints in metres of the move of `duration_s` seconds, shaped for `modes`, at [`RATE_HZ`] from rest to rest.
+/// Setpoints in metres of the move of `duration_s` seconds, shaped for `modes`, at [`RATE_HZ`] from rest to
+/// rest.
 pub fn setpoints_m(profile: Profile, duration_s: f64, modes: &[Mode]) -> Vec<f64> {
     let impulses: Vec<Impulse> = convolved(modes).collect();
     let samples = (length_s(duration_s, modes) * RATE_HZ).ceil() as usize + 1;

@@ -1,5 +1,5 @@
-//! The paper's way to a spectrum: one discrete Fourier transform of the whole record through one Hamming window, and
-//! modes picked from its peaks and their widths. Kept to show what it does; nothing rests on it.
+//! The paper's way to a spectrum: one discrete Fourier transform of the whole record through one Hamming
+//! window, and modes picked from its peaks and their widths. Kept to show what it does; nothing rests on it.
 
 use std::f64::consts::TAU;
 
@@ -21,16 +21,18 @@ pub struct WholeSpectrum {
 pub struct PickedPeak {
     /// The highest bin, hertz.
     pub frequency_hz: f64,
-    /// Half of the width at 1/√2 of the height, over the frequency; `None` where a flank does not fall that far.
+    /// Half of the width at 1/√2 of the height, over the frequency; `None` where a flank does not fall that
+    /// far.
     pub damping_ratio: Option<f64>,
 }
 
 impl WholeSpectrum {
-    /// The spectrum from `low_hz` to `high_hz` of the rows in which both columns have a value, which must be equally
-    /// far apart.
+    /// The spectrum from `low_hz` to `high_hz` of the rows in which both columns have a value, which must be
+    /// equally far apart.
     ///
     /// # Errors
-    /// [`CliError::Recording`] when a column is missing; [`CliError::Internal`] with fewer than three such rows.
+    /// [`CliError::Recording`] when a column is missing; [`CliError::Internal`] with fewer than three such
+    /// rows.
     pub fn of(
         recording: &Recording,
         input: &str,
@@ -111,8 +113,8 @@ fn ratio(samples: &[(f64, f64)], step: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// A record of a mode that rang down long before its end has the mode's own width, once the window is short
-    /// against neither.
+    /// A record of a mode that rang down long before its end has the mode's own width, once the window is
+    /// short against neither.
     #[test]
     fn a_long_enough_record_of_enough_damping_shows_the_damping() {
         let (hz, zeta) = (1.1_f64, 0.05_f64);

@@ -19,7 +19,8 @@ pub struct Summary {
     pub sweeps: Vec<SweepSummary>,
     /// The same sweeps as a force on a free base.
     pub force_sweeps: Vec<SweepSummary>,
-    /// Damping ratio by the decrement of the first two peaks, both modes: mean and standard deviation over noise.
+    /// Damping ratio by the decrement of the first two peaks, both modes: mean and standard deviation over
+    /// noise.
     pub decrement_two_peaks: (f64, f64),
     /// Fig. 5.
     pub responses: Vec<ResponseSummary>,

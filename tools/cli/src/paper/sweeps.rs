@@ -41,13 +41,14 @@ pub struct SweepResult {
     pub spectrum: WholeSpectrum,
     /// What the peaks of that spectrum say of the modes.
     pub picked: [Option<PickedPeak>; 2],
-    /// What the paper's method, the least-squares complex exponential of that spectrum, says of the modes: frequency in
-    /// hertz and damping ratio of the pole that a chart of model orders 4 to 40 shows as stable, if it shows one.
+    /// What the paper's method, the least-squares complex exponential of that spectrum, says of the modes:
+    /// frequency in hertz and damping ratio of the pole that a chart of model orders 4 to 40 shows as stable,
+    /// if it shows one.
     pub complex_exponential: [Option<(f64, f64)>; 2],
 }
 
-/// Makes the four sweeps. The record ends with the sweep, as "testing time" in the paper suggests. `progress` is told the
-/// name of each.
+/// Makes the four sweeps. The record ends with the sweep, as "testing time" in the paper suggests. `progress`
+/// is told the name of each.
 ///
 /// # Errors
 /// [`CliError`] from board, camera or identification.

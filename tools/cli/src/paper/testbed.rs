@@ -43,7 +43,8 @@ pub struct Section {
     pub participation: [f64; 2],
 }
 
-/// The shipped beam, a uniform strip, and straight tapers of width and thickness, all tuned as far as they can be.
+/// The shipped beam, a uniform strip, and straight tapers of width and thickness, all tuned as far as they
+/// can be.
 ///
 /// # Errors
 /// [`CliError::Plant`]; [`CliError::Internal`] when the rig's model is no beam of straight tapers.
@@ -116,8 +117,8 @@ fn is_closer_than_the_papers(beam: &BeamOnBase) -> Result<bool, PlantError> {
     Ok(modes[1].omega_rad_s / modes[0].omega_rad_s < DESIGN[1].0 / DESIGN[0].0)
 }
 
-/// The strip of these widths whose thickness runs straight and that has both of the paper's frequencies. A beam that thins
-/// has its frequencies closer together, over the whole range.
+/// The strip of these widths whose thickness runs straight and that has both of the paper's frequencies. A
+/// beam that thins has its frequencies closer together, over the whole range.
 fn tapered(shipped: &BeamOnBase, width_m: [f64; 2]) -> Result<BeamOnBase, PlantError> {
     let taper = root_of((0.3, 3.0), |taper| {
         is_closer_than_the_papers(&with_section(shipped, width_m, [1e-3, 1e-3 * taper]))
@@ -133,8 +134,8 @@ fn uniform_with(shipped: &BeamOnBase, fitting: fn(f64) -> Fitting) -> Result<Bea
     tuned(shipped, [MEAN_WIDTH_M; 2], [1.0, 1.0], Some(fitting(share)))
 }
 
-/// The strip with thicknesses in this proportion that has the paper's first frequency, which is proportional to them: a
-/// fitting in proportion to the strip does not change that.
+/// The strip with thicknesses in this proportion that has the paper's first frequency, which is proportional
+/// to them: a fitting in proportion to the strip does not change that.
 fn tuned(
     shipped: &BeamOnBase,
     width_m: [f64; 2],

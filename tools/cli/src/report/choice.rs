@@ -3,7 +3,8 @@
 use maud::{Markup, html};
 use stillbeam_identify::{IdentifiedModes, NoiseModel, Rejected};
 
-/// The steps of the choice, the noise, and the list of what was left out; nothing where there is nothing to say.
+/// The steps of the choice, the noise, and the list of what was left out; nothing where there is nothing to
+/// say.
 pub fn section(modes: &IdentifiedModes) -> Markup {
     html! {
         @if !modes.model_choice.is_empty() {

@@ -9,8 +9,8 @@ use super::plot::{Chart, Series, Style};
 /// Points of the fitted curve.
 const POINTS: u32 = 2000;
 
-/// The measured response, the fitted one where the input is a position of the base, and the modes. `None` when the
-/// record was a free decay.
+/// The measured response, the fitted one where the input is a position of the base, and the modes. `None`
+/// when the record was a free decay.
 pub fn chart(modes: &IdentifiedModes) -> Option<Chart> {
     let frf = modes.frf.as_ref().filter(|frf| !frf.frequency_hz.is_empty())?;
     let input = modes.input.as_deref().unwrap_or("input");

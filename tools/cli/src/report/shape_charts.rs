@@ -11,7 +11,8 @@ const POINTS: u32 = 400;
 const DURATIONS: (u32, u32) = (44, 18);
 /// Points that are solved for before looking whether the next ones would still be drawn.
 const AT_ONCE: usize = 3;
-/// Residuals below this, in per cent, are drawn there: integers and exact zeros have no place on a logarithmic axis.
+/// Residuals below this, in per cent, are drawn there: integers and exact zeros have no place on a
+/// logarithmic axis.
 const FLOOR_PERCENT: f64 = 1e-3;
 
 /// Residual over frequency around one mode, for this shaper and the others; the tolerance is a fraction.
@@ -46,8 +47,8 @@ pub fn sensitivity_chart(
     chart
 }
 
-/// The least residual against duration, and where this shaper and the others are; the tolerance is a fraction. `None` when the
-/// solver gives up.
+/// The least residual against duration, and where this shaper and the others are; the tolerance is a
+/// fraction. `None` when the solver gives up.
 pub fn pareto_chart(
     boxes: &[ModeBox],
     rate_hz: f64,

@@ -1,4 +1,5 @@
-//! What there is to choose from: every textbook type for all modes, specified insensitivity, and the shortest shaper.
+//! What there is to choose from: every textbook type for all modes, specified insensitivity, and the shortest
+//! shaper.
 
 use stillbeam_firmware::shaper::{Mode, ShaperTable, ShaperType};
 use stillbeam_shape::{
@@ -49,8 +50,8 @@ impl Candidate {
     }
 }
 
-/// Every textbook type and, for the tolerance, specified insensitivity for each mode, all as cascades of one stage per mode, and
-/// the shortest shaper for all modes at once. What this board cannot run is left out.
+/// Every textbook type and, for the tolerance, specified insensitivity for each mode, all as cascades of one
+/// stage per mode, and the shortest shaper for all modes at once. What this board cannot run is left out.
 pub fn candidates(boxes: &[ModeBox], rate_hz: f64, tolerance: f64) -> Vec<Candidate> {
     let textbook = ShaperType::ALL.into_iter().map(StageType::Textbook);
     let kinds = textbook.chain([StageType::SpecifiedInsensitivity { tolerance }]);

@@ -36,8 +36,9 @@ impl ComparedMove {
     }
 }
 
-/// The move that `request` asks for without going back and, if it may, with; and beside them: the quickest within the limits,
-/// an S-curve through a ZVD for every mode, and one through the shortest shaper. The S-curves are the firmware's, in its integers.
+/// The move that `request` asks for without going back and, if it may, with; and beside them: the quickest
+/// within the limits, an S-curve through a ZVD for every mode, and one through the shortest shaper. The
+/// S-curves are the firmware's, in its integers.
 ///
 /// # Errors
 /// [`CliError`] when one of them cannot be had.

@@ -1,7 +1,8 @@
 //! Whether a shaper with negative weights keeps the setpoint within what the machine can do.
 //!
-//! With G the sum of the magnitudes of the weights, the setpoint's velocity and acceleration are at most G times the
-//! command's. The board plans its own moves slower by G; commands from elsewhere must leave that room.
+//! With G the sum of the magnitudes of the weights, the setpoint's velocity and acceleration are at most G
+//! times the command's. The board plans its own moves slower by G; commands from elsewhere must leave that
+//! room.
 
 use std::str::FromStr;
 
@@ -102,8 +103,8 @@ impl MachineLimits {
 }
 
 impl MachineLimits {
-    /// Refuses a table whose setpoints could ask for more than the machine can do: of commands within `command`, or, where
-    /// the board plans its moves itself, of its own 50 mm move.
+    /// Refuses a table whose setpoints could ask for more than the machine can do: of commands within
+    /// `command`, or, where the board plans its moves itself, of its own 50 mm move.
     ///
     /// # Errors
     /// [`CliError::Usage`] with the largest limit of negative weights that would do.

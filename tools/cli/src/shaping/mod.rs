@@ -1,5 +1,5 @@
-//! What `stillbeam shape` and `stillbeam plan` are asked for: which modes and where they may be, what the machine stands, and what
-//! there is to compare with.
+//! What `stillbeam shape` and `stillbeam plan` are asked for: which modes and where they may be, what the
+//! machine stands, and what there is to compare with.
 
 mod candidates;
 mod comparison;

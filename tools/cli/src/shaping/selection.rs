@@ -30,8 +30,8 @@ pub struct ModeSelection {
     /// Which of the file's modes, counted from 1; by default all
     #[arg(long = "use", value_name = "N,N...", value_delimiter = ',', conflicts_with = "modes")]
     chosen: Vec<usize>,
-    /// Where the modes may be: ±PCT of frequency and damping ratio, ±PCT,PCT of each, or a FILE of `identify --json`
-    /// with a box for every mode, widened to --box-floor
+    /// Where the modes may be: ±PCT of frequency and damping ratio, ±PCT,PCT of each, or a FILE of
+    /// `identify --json` with a box for every mode, widened to --box-floor
     #[arg(long = "box", default_value = "5%", value_name = "PCT|FILE", allow_negative_numbers = true)]
     uncertainty: String,
     #[command(flatten)]
@@ -63,8 +63,8 @@ impl ModeSelection {
         }
     }
 
-    /// The modes, from the command line, from their file or else from the file of the boxes, and their boxes. Modes that name
-    /// no type get `kind`.
+    /// The modes, from the command line, from their file or else from the file of the boxes, and their boxes.
+    /// Modes that name no type get `kind`.
     ///
     /// # Errors
     /// [`CliError`]: no mode, a bad one, or a file or box that cannot be used.
@@ -93,8 +93,8 @@ impl ModeSelection {
     }
 }
 
-/// The rate that the board runs when it is asked for this one, so that its table is the same to the bit. A rate that
-/// no board takes is left for the design to refuse.
+/// The rate that the board runs when it is asked for this one, so that its table is the same to the bit. A
+/// rate that no board takes is left for the design to refuse.
 pub fn board_rate_hz(wanted_hz: f64, streams: &mut Streams<'_>) -> f64 {
     let Some(wanted) = TickRate::from_hz(wanted_hz) else { return wanted_hz };
     let attainable_hz = wanted.attainable(TIMER_CLOCK_HZ).hz();

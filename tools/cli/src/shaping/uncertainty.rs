@@ -133,7 +133,8 @@ impl Uncertainty {
     }
 }
 
-/// The box of every mode. From a file that the modes were not taken from, every mode gets the box that it lies in.
+/// The box of every mode. From a file that the modes were not taken from, every mode gets the box that it
+/// lies in.
 ///
 /// # Errors
 /// [`CliError`]: boxes that cannot be designed for, or a mode in no box of the file.

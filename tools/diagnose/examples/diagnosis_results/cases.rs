@@ -50,7 +50,8 @@ fn contained(id: &str, location: &str) -> &'static [fn(&Physics) -> Physics] {
     }
 }
 
-/// A clamp softer by this many rad/(N·m) lowers this beam's frequencies about as a kilogram at its tip does, as far as small ones go.
+/// A clamp softer by this many rad/(N·m) lowers this beam's frequencies about as a kilogram at its tip does,
+/// as far as small ones go.
 const COMPLIANCE_PER_MASS: f64 = 6.7;
 
 /// Sets of laws that may record the same as this one, as strong as makes them the most alike.
@@ -102,7 +103,8 @@ pub fn richer_forms(law: &Physics) -> &'static [&'static str] {
     }
 }
 
-/// A drive that is late, and sensors that all are late by as much, record the same; each of them by a delay or by its exposure.
+/// A drive that is late, and sensors that all are late by as much, record the same; each of them by a delay
+/// or by its exposure.
 fn all_late(bench: Bench, delay_s: f64) -> Vec<Vec<Physics>> {
     let columns = bench.model().output_columns();
     let late = columns.into_iter().map(|column| {
@@ -132,8 +134,8 @@ macro_rules! case {
     };
 }
 
-/// Every law of the catalogue on the machine on which it shows: linear laws where the model has no parameter, or none that may be refitted,
-/// that does what they do.
+/// Every law of the catalogue on the machine on which it shows: linear laws where the model has no parameter,
+/// or none that may be refitted, that does what they do.
 pub fn cases() -> Vec<Case> {
     vec![
         case!(ForcedBase "coulomb_friction" at "base", s: "force" = 0.3 * s),

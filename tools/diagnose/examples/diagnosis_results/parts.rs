@@ -184,7 +184,8 @@ impl Log {
     }
 }
 
-/// What became of a case with the whole catalogue. Laws that the recordings cannot tell apart are measured only where that decides.
+/// What became of a case with the whole catalogue. Laws that the recordings cannot tell apart are measured
+/// only where that decides.
 fn judged(found: &Diagnosis, laws: &[Physics], sensitivity: &Sensitivity) -> Outcome {
     let outcome = outcome(found, laws);
     let mut alike = put_otherwise(sensitivity.bench, laws);
@@ -372,7 +373,8 @@ fn composites(plan: &Plan, benches: &mut Benches, log: &mut Log) {
     }
 }
 
-/// Ids that have to be struck so that a law is in the catalogue under no name. Without the last of several laws the others are no more than a part.
+/// Ids that have to be struck so that a law is in the catalogue under no name. Without the last of several
+/// laws the others are no more than a part.
 fn names_of(law: &Physics, sensitivity: &Sensitivity) -> Vec<String> {
     let mut ids = vec![law.id.clone()];
     for (twin, is_same) in measured(law, sensitivity) {

@@ -8,13 +8,15 @@ use stillbeam_plant::Physics;
 pub enum Outcome {
     /// Exactly the laws that are there, at their places; nothing where nothing is missing.
     Right,
-    /// Right as far as these recordings can tell: a tie that holds the laws that are there, and beside them nothing but twins of theirs.
+    /// Right as far as these recordings can tell: a tie that holds the laws that are there, and beside them
+    /// nothing but twins of theirs.
     Twin,
     /// A tie that holds exactly the laws that are there.
     Tied,
     /// Said to be there, located and unexplained.
     Unexplained,
-    /// Of a law that is not in the catalogue: something else is named, with the words that a structured rest remains.
+    /// Of a law that is not in the catalogue: something else is named, with the words that a structured rest
+    /// remains.
     Improved,
     /// Nothing was seen.
     Missed,
@@ -35,7 +37,8 @@ fn without_column(name: &str) -> String {
     name.split(" (").next().unwrap_or(name).to_owned()
 }
 
-/// Friction that differs by direction is the same force as even friction with a constant one: one of them is a part of it.
+/// Friction that differs by direction is the same force as even friction with a constant one: one of them is
+/// a part of it.
 fn is_half_of(name: &str, laws: &[Physics]) -> bool {
     laws.iter().filter(|law| law.id == "asymmetric_friction").any(|law| {
         ["coulomb_friction", "constant_force"].iter().any(|id| name == format!("{id} at {}", law.location))
@@ -65,7 +68,8 @@ pub fn holds_only(found: &Diagnosis, sets: &[Vec<Physics>]) -> bool {
     std::iter::once(named(found)).chain(tied_sets(found)).all(|set| sets.contains(&set))
 }
 
-/// What becomes of a law that is not in the catalogue: every name is wrong, and better than none only if it says itself that it is not all.
+/// What becomes of a law that is not in the catalogue: every name is wrong, and better than none only if it
+/// says itself that it is not all.
 pub fn outcome_without(found: &Diagnosis) -> Outcome {
     match found.verdict {
         Verdict::Unexplained => Outcome::Unexplained,

@@ -1,4 +1,5 @@
-//! How strong a law has to be to be seen: its effect in standard errors once the machine's own parameters are refitted.
+//! How strong a law has to be to be seen: its effect in standard errors once the machine's own parameters are
+//! refitted.
 
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::{InitialState, Physics, StateSpace};
@@ -7,7 +8,8 @@ use stillbeam_recording::Recording;
 use crate::cases::Case;
 use crate::truth::{Bench, Run};
 
-/// Runs of one role without noise, and what nobody knows of each: offsets of its outputs, and how the machine was moving when it began.
+/// Runs of one role without noise, and what nobody knows of each: offsets of its outputs, and how the machine
+/// was moving when it began.
 struct Role {
     runs: Vec<Run>,
     clean: Vec<Recording>,
@@ -33,7 +35,8 @@ impl Change {
     }
 }
 
-/// Standard errors at which a law is at its detection limit, and below which two sets of laws are the same for the recordings.
+/// Standard errors at which a law is at its detection limit, and below which two sets of laws are the same
+/// for the recordings.
 pub const LIMIT: f64 = 5.0;
 
 /// What a machine would record without noise, and what a refit of its parameters could change.
@@ -50,7 +53,8 @@ pub struct Sensitivity {
     follows: Vec<Vec<f64>>,
 }
 
-/// Metres or metres per second, so small that everything stays linear and so large that rounding does not show.
+/// Metres or metres per second, so small that everything stays linear and so large that rounding does not
+/// show.
 const STATE: f64 = 1e-3;
 
 /// Share of a law's parameter that it is moved by to see what it changes.
@@ -127,8 +131,9 @@ fn difference(mut left: Vec<f64>, right: &[f64]) -> Vec<f64> {
 }
 
 impl Sensitivity {
-    /// `snr_db` is the power of the outputs over that of the noise, over the runs that are trained on. A law is seen as well as on the
-    /// training runs or on those held out, whichever show it less: what only the former show nobody can confirm.
+    /// `snr_db` is the power of the outputs over that of the noise, over the runs that are trained on. A law
+    /// is seen as well as on the training runs or on those held out, whichever show it less: what only the
+    /// former show nobody can confirm.
     pub fn new(bench: Bench, trained: &[Run], held_out: &[Run], snr_db: f64) -> Self {
         let clean: Vec<Recording> = trained.iter().map(|run| bench.clean(*run, &[])).collect();
         let outputs = clean[0].columns.len() - 1;
@@ -159,8 +164,8 @@ impl Sensitivity {
         Self { bench, trained, held_out, noise_rms, absorbing, follows }
     }
 
-    /// A law as the sensors see it. Noise before a rounding blurs its steps: all that is seen of them is the mean over the noise, and of
-    /// steps below the noise nothing but a little more noise.
+    /// A law as the sensors see it. Noise before a rounding blurs its steps: all that is seen of them is the
+    /// mean over the noise, and of steps below the noise nothing but a little more noise.
     pub fn as_seen(&self, law: &Physics) -> Physics {
         if law.id == "quantisation" { law.clone().with("dither", self.noise_rms[0]) } else { law.clone() }
     }
@@ -188,8 +193,8 @@ impl Sensitivity {
         slopes
     }
 
-    /// Standard errors of what is left of a change, and the share of its power that is hidden, once a refit and multiples of `beside`
-    /// have followed it on the training runs.
+    /// Standard errors of what is left of a change, and the share of its power that is hidden, once a refit
+    /// and multiples of `beside` have followed it on the training runs.
     fn left(&self, change: Change, beside: Vec<Change>) -> (f64, f64) {
         let mut absorbing = self.absorbing.clone();
         let mut follows = self.follows.clone();
@@ -213,14 +218,14 @@ impl Sensitivity {
         (seen.min(dot(&predicted, &predicted)).sqrt(), hidden)
     }
 
-    /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with laws that
-    /// this one contains: what they could do is not its own.
+    /// Standard errors from no effect, and the share of the effect's power that a refit hides, together with
+    /// laws that this one contains: what they could do is not its own.
     pub fn effect_beside(&self, laws: &[Physics], contained: &[Physics]) -> (f64, f64) {
         self.left(self.change(laws), contained.chunks(1).map(|law| self.change(law)).collect())
     }
 
-    /// Standard errors between what two sets of laws make, once a refit of the machine and of the others' parameters, along straight
-    /// lines, has brought them together.
+    /// Standard errors between what two sets of laws make, once a refit of the machine and of the others'
+    /// parameters, along straight lines, has brought them together.
     pub fn distance(&self, laws: &[Physics], others: &[Physics]) -> f64 {
         self.left(self.change(laws).beyond(&self.change(others), 1.0), self.slopes(others)).0
     }
@@ -249,9 +254,9 @@ impl Sensitivity {
 /// Steps to a strength at most.
 const STEPS: usize = 20;
 
-/// The strength at which an effect that grows with it is as large as wanted; `None` where that is not found. An effect may grow as
-/// slowly as its root or as steeply as steps that rise out of the noise: where a guess from its size leaves what is known
-/// to lie too low and too high, the middle is taken.
+/// The strength at which an effect that grows with it is as large as wanted; `None` where that is not found.
+/// An effect may grow as slowly as its root or as steeply as steps that rise out of the noise: where a guess
+/// from its size leaves what is known to lie too low and too high, the middle is taken.
 fn strength_of(effect: &dyn Fn(f64) -> f64, wanted: f64) -> Option<f64> {
     let (mut strength, mut too_weak, mut too_strong) = (1.0_f64, 0.0_f64, f64::INFINITY);
     let mut seen = f64::NAN;

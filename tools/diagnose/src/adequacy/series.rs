@@ -46,7 +46,8 @@ pub(crate) struct Resonance {
 }
 
 impl Resonance {
-    /// Whether a line as narrow as a spectrum of this length shows it may be this resonance, shaken at random.
+    /// Whether a line as narrow as a spectrum of this length shows it may be this resonance, shaken at
+    /// random.
     fn may_be(&self, line: &Line, duration_s: f64) -> bool {
         let line_hz = RESOLVED / duration_s;
         self.width_hz < line_hz && (line.frequency_hz - self.frequency_hz).abs() < line_hz

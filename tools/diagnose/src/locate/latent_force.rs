@@ -1,7 +1,8 @@
-//! The force that would explain the rest: a smoother of the refitted model with an unknown force at each place.
+//! The force that would explain the rest: a smoother of the refitted model with an unknown force at each
+//! place.
 //!
-//! Binned over position and speed it shows what a static law would have to look like, and where the machine has never
-//! been. `smoother` has the maths.
+//! Binned over position and speed it shows what a static law would have to look like, and where the machine
+//! has never been. `smoother` has the maths.
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -63,7 +64,8 @@ pub(crate) fn latent_forces(
     surfaces
 }
 
-/// Surfaces at the places of laws: what the extended model lacks when its laws of that place are taken out again.
+/// Surfaces at the places of laws: what the extended model lacks when its laws of that place are taken out
+/// again.
 pub(crate) fn forces_of_laws(
     study: &Study,
     extended: &Hypothesis,
@@ -119,7 +121,8 @@ pub(crate) fn law_forces(
     Some(sum)
 }
 
-/// The stamps that are smoothed: evenly spaced as those of the first output are, also where samples of it are missing.
+/// The stamps that are smoothed: evenly spaced as those of the first output are, also where samples of it are
+/// missing.
 fn samples_of(record: &Record) -> Option<Vec<usize>> {
     Some(evenly(&record.outputs.first()?.at))
 }
@@ -133,14 +136,15 @@ fn evenly(at: &[usize]) -> Vec<usize> {
     (*first..=*last).step_by(stride).take(MOST_SAMPLES).collect()
 }
 
-/// The motion at a place, and the force there that would explain how recordings depart from a linear model that was at rest when each
-/// began; one per training recording. `None` where one has no such beginning.
+/// The motion at a place, and the force there that would explain how recordings depart from a linear model
+/// that was at rest when each began; one per training recording. `None` where one has no such beginning.
 ///
 /// Outputs for which `tells` holds are read.
 ///
-/// Unlike a fit's residuals these departures have no initial state and no offset fitted to them: a force that changes the motion beyond
-/// recognition would be taken for those. In a loop they are from what the recorded force alone would have moved: what holds the machine
-/// against a force that the model lacks is part of what was recorded.
+/// Unlike a fit's residuals these departures have no initial state and no offset fitted to them: a force that
+/// changes the motion beyond recognition would be taken for those. In a loop they are from what the recorded
+/// force alone would have moved: what holds the machine against a force that the model lacks is part of what
+/// was recorded.
 pub(crate) fn motions_from_rest(
     study: &Study,
     linear: &Hypothesis,
@@ -376,7 +380,8 @@ mod tests {
     use crate::axis_in_loop::{axis, axis_with, run};
     use crate::noise::NoiseSource;
 
-    /// The loop holds the slide where it shall be: what is left of the position hardly shows the force, the recorded one does.
+    /// The loop holds the slide where it shall be: what is left of the position hardly shows the force, the
+    /// recorded one does.
     #[test]
     fn a_force_that_a_loop_holds_up_is_seen_in_what_the_recorded_force_would_not_have_moved() {
         let linear = axis();

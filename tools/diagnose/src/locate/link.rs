@@ -20,12 +20,13 @@ use crate::weighting::Weighting;
 
 /// A link is in order when its residual is at most this many times what noise explains.
 const IN_ORDER: f64 = 1.3;
-/// Draws of the base's noise; the most that one of them makes of the tip is taken for what it may make. Through a lightly damped mode
-/// that scatters widely from one recording to the next.
+/// Draws of the base's noise; the most that one of them makes of the tip is taken for what it may make.
+/// Through a lightly damped mode that scatters widely from one recording to the next.
 const DRAWS: u64 = 19;
 
-/// The link that the mismatch belongs to, with a sentence; `None` when the recordings cannot tell. The beam is begun from the
-/// parameters of each of `beams`: a refit of the whole chain bends those of the beam to make up for what its base lacks.
+/// The link that the mismatch belongs to, with a sentence; `None` when the recordings cannot tell. The beam
+/// is begun from the parameters of each of `beams`: a refit of the whole chain bends those of the beam to
+/// make up for what its base lacks.
 pub(crate) fn link(
     study: &Study,
     model: &Model,
@@ -146,7 +147,8 @@ impl BeamAlone {
         (1.0 + drawn.fold(0.0, f64::max) / self.stack().present().max(1) as f64).sqrt()
     }
 
-    /// What white noise of this size on the base's motion makes of the tip: sum of the squared weighted readings.
+    /// What white noise of this size on the base's motion makes of the tip: sum of the squared weighted
+    /// readings.
     fn noise_through(&self, noise_rms: f64, seed: u64) -> Option<f64> {
         let (stack, fitted) = (self.stack(), &self.fitted);
         let space = StateSpace::new(&fitted.hypothesis.model).ok()?;

@@ -29,13 +29,15 @@ pub(crate) struct Located {
     pub(crate) mismatch: Mismatch,
     pub(crate) orders: Vec<OrderMap>,
     pub(crate) surfaces: Vec<ForceSurface>,
-    /// Power of third and fifth, and of second and fourth order of the residual over that of the output, decibels.
+    /// Power of third and fifth, and of second and fourth order of the residual over that of the output,
+    /// decibels.
     pub(crate) odd_db: Option<f64>,
     pub(crate) even_db: Option<f64>,
 }
 
-/// Locates what the refitted model leaves over. Where laws were found, the force at their places is what remains to be
-/// explained once the other parameters have the values that they have beside these laws: a refit without them bends those.
+/// Locates what the refitted model leaves over. Where laws were found, the force at their places is what
+/// remains to be explained once the other parameters have the values that they have beside these laws: a
+/// refit without them bends those.
 pub(crate) fn locate(
     study: &Study,
     model: &Model,

@@ -5,11 +5,11 @@ use rustfft::num_complex::Complex;
 
 use crate::record::Record;
 
-/// Phase in radians, unwrapped, and frequency in hertz, at every stamp of a uniform recording whose input is a sweep or
-/// a tone; `None` for any other input.
+/// Phase in radians, unwrapped, and frequency in hertz, at every stamp of a uniform recording whose input is
+/// a sweep or a tone; `None` for any other input.
 ///
-/// From the analytic signal (the spectrum's negative half removed). An input counts as a sweep when that phase
-/// hardly ever turns back.
+/// From the analytic signal (the spectrum's negative half removed). An input counts as a sweep when that
+/// phase hardly ever turns back.
 pub(crate) fn sweep_phase(record: &Record) -> Option<(Vec<f64>, Vec<f64>)> {
     let input = record.input.as_ref()?;
     let n = input.len();

@@ -1,11 +1,13 @@
 //! The course of an unknown force from what a model leaves over: a Kalman filter and a smoother.
 //!
-//! The error of the state obeys `x' = A x + E f`, of which outputs read `C x + noise`. The force is white noise through two
-//! equal low-pass filters of time constant `tau`: `f' = (g - f) / tau`, `g' = -g / tau + w`, so that it has a size. (An integrated
-//! random walk has none, and where the outputs hardly see a force its smoothed course grows without bounds.) Size and time
-//! constant are the likeliest of a few. The smoother is the one of P. de Jong (J. Amer. Statist. Assoc. 84 (1989) 1085), which inverts no
-//! covariance: with innovations `v`, their variances `F` and `d` the covariance of state and reading, backwards
-//! `r <- r + h (v - d' r) / F` per reading and `r <- T' r` per step, and the smoothed state is the predicted one plus `P r`.
+//! The error of the state obeys `x' = A x + E f`, of which outputs read `C x + noise`. The force is white
+//! noise through two equal low-pass filters of time constant `tau`: `f' = (g - f) / tau`, `g' = -g / tau +
+//! w`, so that it has a size. (An integrated random walk has none, and where the outputs hardly see a force
+//! its smoothed course grows without bounds.) Size and time constant are the likeliest of a few. The smoother
+//! is the one of P. de Jong (J. Amer. Statist. Assoc. 84 (1989) 1085), which inverts no covariance: with
+//! innovations `v`, their variances `F` and `d` the covariance of state and reading, backwards `r <- r + h
+//! (v - d' r) / F` per reading and `r <- T' r` per step, and the smoothed state is the predicted one plus `P
+//! r`.
 
 use std::rc::Rc;
 
@@ -59,7 +61,8 @@ impl ForcedError {
         })
     }
 
-    /// From one sample to the next: the error of the state, the force, and what comes through its first filter.
+    /// From one sample to the next: the error of the state, the force, and what comes through its first
+    /// filter.
     fn step(&self, time_constant_s: f64) -> DMatrix<f64> {
         let Self { order, interval_s, .. } = *self;
         let decay = (-interval_s / time_constant_s).exp();
@@ -89,7 +92,8 @@ impl ForcedError {
         largest
     }
 
-    /// The likeliest size and time constant between these two, judged on the first samples; `None` where a force here is not seen.
+    /// The likeliest size and time constant between these two, judged on the first samples; `None` where a
+    /// force here is not seen.
     pub(super) fn likeliest(&self, readings: &Readings, fastest_s: f64, slowest_s: f64) -> Option<Prior> {
         let readings = readings.first(JUDGED_SAMPLES);
         let values = readings.series.iter().flatten().filter(|value| value.is_finite());
@@ -121,9 +125,9 @@ impl ForcedError {
         Filtered { log_likelihood, steps, transition }
     }
 
-    /// The Kalman filter; outputs are taken one after another. Without a prior there is no force. Every step is shown to `keep`; the
-    /// logarithm of the likelihood and the transition come back. Where covariances have settled and no reading is missing they are
-    /// not made again: they do not depend on what was read.
+    /// The Kalman filter; outputs are taken one after another. Without a prior there is no force. Every step
+    /// is shown to `keep`; the logarithm of the likelihood and the transition come back. Where covariances
+    /// have settled and no reading is missing they are not made again: they do not depend on what was read.
     fn filter(
         &self,
         readings: &Readings,
@@ -266,7 +270,8 @@ pub(super) struct Filtered {
 }
 
 impl Filtered {
-    /// The smoother's means: the error of the state, then the force, then what comes through its first filter.
+    /// The smoother's means: the error of the state, then the force, then what comes through its first
+    /// filter.
     pub(super) fn smooth(&self, readings: &Readings) -> Vec<DVector<f64>> {
         let size = self.transition.nrows();
         let mut adjoint = DVector::zeros(size);
@@ -317,8 +322,8 @@ body = "slider"
 quantity = "position"
 "#;
 
-    /// What is missed of the power of a force that is known, on a machine that is known, read with noise; with
-    /// an output that is told to feel it or not.
+    /// What is missed of the power of a force that is known, on a machine that is known, read with noise;
+    /// with an output that is told to feel it or not.
     fn share_missed(quantity: &str, noise: f64, feels: bool) -> f64 {
         let model = Model::from_toml("stage.toml", &STAGE.replace("\"position\"", quantity)).unwrap();
         let space = StateSpace::new(&model).unwrap();

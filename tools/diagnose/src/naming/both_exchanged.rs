@@ -1,8 +1,9 @@
 //! Ties of ties.
 //!
-//! Where each of two laws is tied with another one, four sets may do the same, and rivals that differ from the chosen set in one law are only
-//! three of them: even friction for friction that differs by direction, the sensor's zero being unknown, beside a lag for a dead time that is
-//! as long. The fourth may be the truth.
+//! Where each of two laws is tied with another one, four sets may do the same, and rivals that differ from
+//! the chosen set in one law are only three of them: even friction for friction that differs by direction,
+//! the sensor's zero being unknown, beside a lag for a dead time that is as long. The fourth may be the
+//! truth.
 
 use stillbeam_plant::Physics;
 
@@ -18,7 +19,8 @@ struct Exchange<'r> {
 }
 
 impl Search<'_> {
-    /// Sets in which two laws of the chosen one are exchanged for what each is tied with, where those do as well and are no rivals yet.
+    /// Sets in which two laws of the chosen one are exchanged for what each is tied with, where those do as
+    /// well and are no rivals yet.
     pub(super) fn both_exchanged(&self, selection: &Selection) -> Vec<Member> {
         let chosen = &selection.chosen;
         let exchanges: Vec<Exchange<'_>> =

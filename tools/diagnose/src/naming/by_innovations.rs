@@ -13,14 +13,17 @@ use crate::parameters::free_parameters;
 use crate::refit::refit_from;
 use crate::simulation::Hypothesis;
 
-/// A set fitted to innovations that leaves this many times what the same set leaves fitted to the readings is no better known for it.
+/// A set fitted to innovations that leaves this many times what the same set leaves fitted to the readings is
+/// no better known for it.
 const MUCH_MORE: f64 = 1.5;
 
 impl Search<'_> {
-    /// Searches again with outputs weighted by the innovations of what `nearest`, the set that the first search ended with, leaves over;
-    /// `None` where time is over, where that is no other weighting, and where no law passes its gates this time either.
+    /// Searches again with outputs weighted by the innovations of what `nearest`, the set that the first
+    /// search ended with, leaves over; `None` where time is over, where that is no other weighting, and where
+    /// no law passes its gates this time either.
     ///
-    /// What is wrong about the weighting costs efficiency and no honesty: the gates judge by how what is left really scatters.
+    /// What is wrong about the weighting costs efficiency and no honesty: the gates judge by how what is left
+    /// really scatters.
     pub(crate) fn by_innovations(
         &mut self,
         nearest: &Member,
@@ -41,8 +44,9 @@ impl Search<'_> {
         )
     }
 
-    /// What was found with outputs weighted by innovations, fitted to the readings themselves where it then is better: what had been left when
-    /// the weighting was made may have been the law's own doing, and with the law nothing of that colour is left.
+    /// What was found with outputs weighted by innovations, fitted to the readings themselves where it then
+    /// is better: what had been left when the weighting was made may have been the law's own doing, and with
+    /// the law nothing of that colour is left.
     fn fitted_to_readings(
         &self,
         found: Selection,
@@ -64,8 +68,9 @@ impl Search<'_> {
         if again.chosen.laws.is_empty() { found } else { again }
     }
 
-    /// What was chosen, and what was tied with it, fitted and judged again with outputs weighted by the innovations of what it leaves over:
-    /// beside a disturbance its values are known better so, and some ties can be told apart. `None` where it does not pass then.
+    /// What was chosen, and what was tied with it, fitted and judged again with outputs weighted by the
+    /// innovations of what it leaves over: beside a disturbance its values are known better so, and some ties
+    /// can be told apart. `None` where it does not pass then.
     pub(crate) fn refined_by_innovations(
         &mut self,
         selection: &Selection,
@@ -98,15 +103,16 @@ impl Search<'_> {
         })
     }
 
-    /// Whether a set fitted to innovations leaves about as little of the readings as what was fitted to the readings themselves. Beside noise of any
-    /// colour it does; where what is left is the model's own fault, innovations only make the most of another part of it.
+    /// Whether a set fitted to innovations leaves about as little of the readings as what was fitted to the
+    /// readings themselves. Beside noise of any colour it does; where what is left is the model's own fault,
+    /// innovations only make the most of another part of it.
     fn leaves_as_little(&self, weighted: &Member, even: &Member) -> bool {
         let stack = self.study.stack(Role::Train);
         stack.even_square(&weighted.fitted.records) < MUCH_MORE * even.fitted.sum_of_squares
     }
 
-    /// Does something with outputs weighted by the innovations of what a set leaves over, beside the refit weighted so; what is found is
-    /// weighted evenly again. `None` where nothing is.
+    /// Does something with outputs weighted by the innovations of what a set leaves over, beside the refit
+    /// weighted so; what is found is weighted evenly again. `None` where nothing is.
     fn weighted_by_innovations(
         &mut self,
         nearest: &Member,
@@ -126,7 +132,8 @@ impl Search<'_> {
         let refitted = refit_from(&stack, given, &free_parameters(given), &compared.refitted);
         let found = refitted.ok().and_then(|(refitted, _)| {
             let mut found = work(self, &refitted)?;
-            // Laws are measured against the refit to the innovations: that to even squares has swallowed some of the disturbance.
+            // Laws are measured against the refit to the innovations: that to even squares has swallowed some
+            // of the disturbance.
             let stack = self.study.stack(Role::Train);
             let squares = [&refitted, &found.chosen.fitted].map(|fitted| stack.even_square(&fitted.records));
             found.explained_share = Some(explained_share(squares, stack.present() as f64));
@@ -154,8 +161,9 @@ impl Search<'_> {
     }
 }
 
-/// Share that laws take off what noise does not explain, from the sums of squares without and with them, every sample weighted evenly, and
-/// the number of samples. All of it where there is nothing louder than noise to begin with: a disturbance all the time is taken for noise.
+/// Share that laws take off what noise does not explain, from the sums of squares without and with them,
+/// every sample weighted evenly, and the number of samples. All of it where there is nothing louder than
+/// noise to begin with: a disturbance all the time is taken for noise.
 pub(crate) fn explained_share([without, with]: [f64; 2], samples: f64) -> f64 {
     if without < LOUD * samples { 1.0 } else { (without - with) / (without - samples) }
 }

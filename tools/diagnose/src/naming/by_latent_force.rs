@@ -1,12 +1,14 @@
 //! Laws begun from the force that would explain the rest.
 //!
-//! The screen simulates a law's effect on the outputs. Where a law changes the motion beyond recognition, an effect that is a little off
-//! in place or size has nothing to do with what is left: after the first bounce off a stop every further one comes at another moment.
-//! The force itself has not: a smoother of the refitted model says what force at a place would explain the recordings, and along the
-//! smoothed motion each law's force is a function of that motion. The best values of that regression are biased, by the noise in the
+//! The screen simulates a law's effect on the outputs. Where a law changes the motion beyond recognition, an
+//! effect that is a little off in place or size has nothing to do with what is left: after the first bounce
+//! off a stop every further one comes at another moment. The force itself has not: a smoother of the refitted
+//! model says what force at a place would explain the recordings, and along the smoothed motion each law's
+//! force is a function of that motion. The best values of that regression are biased, by the noise in the
 //! motion and the smoother's own bandwidth; they begin a fit by simulation, which decides.
 //!
-//! A wave needs no smoother where its place was recorded: it is read off there first ([`super::waves_as_recorded`]).
+//! A wave needs no smoother where its place was recorded: it is read off there first
+//! ([`super::waves_as_recorded`]).
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
@@ -51,8 +53,8 @@ pub(super) struct AtPlace<'c> {
 }
 
 impl Search<'_> {
-    /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`. A wave that the recorded travel
-    /// shows, and that leaves nothing to look for, is the only one.
+    /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`. A
+    /// wave that the recorded travel shows, and that leaves nothing to look for, is the only one.
     pub(super) fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
         let waves = (0..self.candidates.len()).into_par_iter().filter(|&law| self.is_wave(law));
         let read_off = waves.filter(|_| !self.is_over()).filter_map(|law| self.wave_read_off(around, law));
@@ -74,7 +76,8 @@ impl Search<'_> {
     fn tried_alike(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
         let mut alike = self.laws_alike(around);
         alike.sort_by(|a, b| b.share.total_cmp(&a.share));
-        // A wave has as many lines as it has, and they are shares of another power: they take no other law's place.
+        // A wave has as many lines as it has, and they are shares of another power: they take no other law's
+        // place.
         let (waves, others): (Vec<Alike>, Vec<Alike>) =
             alike.into_iter().partition(|law| self.is_wave(law.candidate));
         let alike: Vec<Alike> =
@@ -96,7 +99,8 @@ impl Search<'_> {
 
     fn laws_alike(&self, around: &Member) -> Vec<Alike> {
         let Ok(space) = StateSpace::new(&around.fitted.hypothesis.model) else { return Vec::new() };
-        // The noise around this refit: beside another one that explains no recording it would be far too large, and the force smooth.
+        // The noise around this refit: beside another one that explains no recording it would be far too
+        // large, and the force smooth.
         let floors = self.study.floors(&around.on_all());
         let of_point = |point: usize| -> Vec<Alike> {
             let name = &space.points()[point].name;

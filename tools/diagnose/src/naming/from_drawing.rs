@@ -1,11 +1,12 @@
 //! Where the first law is looked for when the refit has run away.
 //!
-//! The screen looks around a fitted model, and a refit that makes up for what is missing by making another machine of it is no place to
-//! look around at: what a saturated drive does to a base of twice the mass looks like nothing in the catalogue. Recordings that
-//! the refit was not fitted to tell: where they are predicted worse than by the model as given, the refit has learnt nothing of the
-//! machine, and the drawing is the better place. Where they are not, but a parameter had to move by far more than it can be wrong, the
-//! drawing is looked around when nothing is found around the refit. What is found there has to pass its gates against the refit all
-//! the same.
+//! The screen looks around a fitted model, and a refit that makes up for what is missing by making another
+//! machine of it is no place to look around at: what a saturated drive does to a base of twice the mass looks
+//! like nothing in the catalogue. Recordings that the refit was not fitted to tell: where they are predicted
+//! worse than by the model as given, the refit has learnt nothing of the machine, and the drawing is the
+//! better place. Where they are not, but a parameter had to move by far more than it can be wrong, the
+//! drawing is looked around when nothing is found around the refit. What is found there has to pass its gates
+//! against the refit all the same.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
@@ -26,16 +27,18 @@ impl Search<'_> {
         (squares(&drawn.held_out) < squares(&refitted.held_out)).then_some(drawn)
     }
 
-    /// The model as given, where the refit needs another machine for what it explains, and leaves more than noise even so: dry friction
-    /// that holds a beam fast is not seen around a beam of which the damper is a hundred times as strong.
+    /// The model as given, where the refit needs another machine for what it explains, and leaves more than
+    /// noise even so: dry friction that holds a beam fast is not seen around a beam of which the damper is a
+    /// hundred times as strong.
     pub(crate) fn drawing_of_another_machine(&self, refitted: &Member) -> Option<Member> {
         let is_needed =
             self.needs_another_machine(&refitted.fitted) && self.rest(refitted) == Rest::Structured;
         if is_needed { self.drawing(refitted) } else { None }
     }
 
-    /// The model as given, where a parameter of the refit moved by more than its given value can be wrong: fits of laws are begun there
-    /// too, for the way back from where the refit went may be a valley that bends.
+    /// The model as given, where a parameter of the refit moved by more than its given value can be wrong:
+    /// fits of laws are begun there too, for the way back from where the refit went may be a valley that
+    /// bends.
     pub(crate) fn drawing_of_far_refit(&self, refitted: &Member) -> Option<Member> {
         if self.moved_far(&refitted.fitted) { self.drawing(refitted) } else { None }
     }
@@ -63,7 +66,8 @@ mod tests {
     use super::*;
     use crate::naming::on_a_spring::{machine, noisy_runs, runs, searched};
 
-    /// Where the first law is looked for on a machine, beside the refit to runs at 10 and 12 N; the run that is held out is at 1 N.
+    /// Where the first law is looked for on a machine, beside the refit to runs at 10 and 12 N; the run that
+    /// is held out is at 1 N.
     fn looked_for_at(truth: &Model) -> (Model, Option<Member>) {
         searched(&runs(truth, &[10.0, 12.0]), &runs(truth, &[1.0]), |search, refitted| {
             let drawing = search.better_drawing(&refitted);

@@ -27,9 +27,9 @@ use crate::verdict::MOST_OF_ITS_OWN;
 
 /// How much better one model predicts than another, in standard errors.
 ///
-/// `z = (RSS_without − RSS_with) / (2 sd(Σ d e))`, with `d` the difference of the predictions and `e` what the better
-/// model leaves over. Tests on differences of squared errors block by block have no power here, because the energy sits
-/// in a few blocks.
+/// `z = (RSS_without − RSS_with) / (2 sd(Σ d e))`, with `d` the difference of the predictions and `e` what
+/// the better model leaves over. Tests on differences of squared errors block by block have no power here,
+/// because the energy sits in a few blocks.
 pub(crate) fn improvement(
     stack: &Stack<'_>,
     without: &[RecordFit],
@@ -91,8 +91,8 @@ pub(crate) struct Improvement {
 }
 
 impl Improvement {
-    /// Standard errors of the effect itself from zero: where the law was fitted to the same recordings, the improvement
-    /// is half of that many of its own standard errors.
+    /// Standard errors of the effect itself from zero: where the law was fitted to the same recordings, the
+    /// improvement is half of that many of its own standard errors.
     pub(crate) fn t(&self) -> f64 {
         2.0 * self.z
     }
@@ -145,9 +145,10 @@ impl Trialled<'_> {
         self.held_out_share.map_or(self.share(), |held_out| held_out.min(self.share()))
     }
 
-    /// What is left that follows the motion, over what the law explains: of the training recordings, or of the held-out ones if more is left
-    /// there. A law that others lack beside it may fit what it was trained on to the noise and be wrong elsewhere. What is foreign to the
-    /// motion is another one in every recording, and no law could take it off those held out.
+    /// What is left that follows the motion, over what the law explains: of the training recordings, or of
+    /// the held-out ones if more is left there. A law that others lack beside it may fit what it was trained
+    /// on to the noise and be wrong elsewhere. What is foreign to the motion is another one in every
+    /// recording, and no law could take it off those held out.
     fn rest_beside(&self, rest: f64, is_foreign: bool) -> f64 {
         let held_out = self.held_out_share.filter(|_| !is_foreign).map_or(0.0, |share| {
             let share = share.clamp(HARDLY_ANY, 1.0);
@@ -162,9 +163,9 @@ impl Trialled<'_> {
             && self.held_out.is_some_and(|held_out| held_out.z > DOUBT * options.held_out_gate)
     }
 
-    /// Whether no laws that were not tried could do its work: it takes nearly all away, or most of it and others
-    /// were tried in its place in vain, or does what no others together could, or is beyond doubt and alone in
-    /// coming near.
+    /// Whether no laws that were not tried could do its work: it takes nearly all away, or most of it and
+    /// others were tried in its place in vain, or does what no others together could, or is beyond doubt and
+    /// alone in coming near.
     pub(crate) fn is_unrivalled(&self, rivalry: Option<Rivalry>, options: &Options) -> bool {
         let is_its_own =
             |rivalry: Rivalry| rivalry.own_share > OWN || (rivalry.leads && self.is_beyond_doubt(options));
@@ -185,28 +186,31 @@ pub(crate) struct Closer {
     pub(crate) rest: Option<f64>,
     /// Where time ended the search while what is left was louder than noise: what speaks against other laws.
     pub(crate) cut_short: Option<Rivalry>,
-    /// Whether nothing that is left goes with the motion: then no law that was not tried is missing beside this one.
+    /// Whether nothing that is left goes with the motion: then no law that was not tried is missing beside
+    /// this one.
     pub(crate) rest_is_foreign: bool,
 }
 
 /// A law takes away at least this share of what noise does not explain.
 pub(crate) const NOTICEABLE: f64 = 0.05;
 
-/// Share of what noise does not explain, beside the other laws of its set, that a law takes away when what was not tried cannot be it.
-/// A search that time has ended has not seen what a further law beside or instead of this one would do. Whatever that law is, all that is
-/// left for it to explain is the rest: a law that only shares the work of another leaves much to it, one that leaves a twentieth has
-/// done the work, and a second law can be missing only on top.
+/// Share of what noise does not explain, beside the other laws of its set, that a law takes away when what
+/// was not tried cannot be it. A search that time has ended has not seen what a further law beside or instead
+/// of this one would do. Whatever that law is, all that is left for it to explain is the rest: a law that
+/// only shares the work of another leaves much to it, one that leaves a twentieth has done the work, and a
+/// second law can be missing only on top.
 const NEARLY_ALL: f64 = 0.95;
-/// A law is named beside a large rest too, of a disturbance say, when at least this share of its effect is its own: no laws instead of it
-/// could then take away most of what it takes.
+/// A law is named beside a large rest too, of a disturbance say, when at least this share of its effect is
+/// its own: no laws instead of it could then take away most of what it takes.
 const OWN: f64 = 0.5;
 
-/// A structured rest is large when it is this share of what the law explains: a law that is nearly right leaves as much.
+/// A structured rest is large when it is this share of what the law explains: a law that is nearly right
+/// leaves as much.
 const LARGE_REST: f64 = 0.1;
 /// A share of the held-out rest below this is as good as none.
 const HARDLY_ANY: f64 = 1e-3;
-/// The held-out gate is this many times as high where a rest is large: a rest with a structure is no noise that standard errors could be
-/// reckoned from.
+/// The held-out gate is this many times as high where a rest is large: a rest with a structure is no noise
+/// that standard errors could be reckoned from.
 pub(crate) const DOUBT: f64 = 2.0;
 
 /// Recordings disagree about a parameter when chance would rarely have it, and ...
@@ -272,15 +276,17 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         let amplitudes = trialled.parameters.iter().filter(|(name, ..)| trialled.amplitudes.contains(name));
         amplitudes.map(|(name, value, stderr, ..)| (name.as_str(), value.abs() / stderr))
     };
-    // Friction that acts one way only differs by direction all the same: of its two forces the better known one counts.
+    // Friction that acts one way only differs by direction all the same: of its two forces the better known
+    // one counts.
     let is_outdone = |name: &str, t: f64| {
         other_direction(name).is_some_and(|other| strengths().any(|(name, its)| name == other && its > t))
     };
     let weakest = strengths().filter(|(name, t)| !is_outdone(name, *t)).min_by(|a, b| a.1.total_cmp(&b.1));
     if let Some((name, t)) = weakest {
-        // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop that is touched
-        // shortly is certain without being known well: how far away it is is clear, how hard it pushes back is not.
-        // A hysteresis of unknown strength and unknown yield is dry friction, and not named on top.
+        // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop
+        // that is touched shortly is certain without being known well: how far away it is is clear, how hard
+        // it pushes back is not. A hysteresis of unknown strength and unknown yield is dry friction, and not
+        // named on top.
         let is_only = only_strength(trialled.parameters, trialled.amplitudes, options).is_some();
         let needed = if is_only { ONLY_STRENGTH } else { options.training_gate };
         let passed = t > needed;
@@ -328,8 +334,8 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
     gates
 }
 
-/// Springs that soften let go of a machine somewhere. One that leaves next to nothing of any recording is right
-/// as far as those went, wherever it lets go.
+/// Springs that soften let go of a machine somewhere. One that leaves next to nothing of any recording is
+/// right as far as those went, wherever it lets go.
 fn stable_gate(trialled: &Trialled<'_>, closer: &Closer) -> Gate {
     let is_right_so_far = trialled.least_share() > NEARLY_ALL;
     let detail = match (closer.stable, is_right_so_far) {
@@ -340,8 +346,8 @@ fn stable_gate(trialled: &Trialled<'_>, closer: &Closer) -> Gate {
     Gate { name: STABLE.to_owned(), passed: closer.stable || is_right_so_far, detail: detail.to_owned() }
 }
 
-/// The shares of what noise does not explain that a law takes off the training and the held-out recordings. How much worse it makes those, in
-/// shares of a rest that may be next to nothing, says nothing.
+/// The shares of what noise does not explain that a law takes off the training and the held-out recordings.
+/// How much worse it makes those, in shares of a rest that may be next to nothing, says nothing.
 fn size_in_words(share: f64, held_out: Option<f64>) -> String {
     let per_cent = |share: f64| 100.0 * share.min(1.0);
     let takes = format!("takes {:.0} % off what noise does not explain", per_cent(share));
@@ -361,14 +367,16 @@ fn rest_in_words(beside: f64) -> String {
     }
 }
 
-/// A cable that pushes is no cable: beside other laws it takes back what a parameter has moved too far. `None` for other laws.
+/// A cable that pushes is no cable: beside other laws it takes back what a parameter has moved too far.
+/// `None` for other laws.
 pub(crate) fn pulls_back(law: &Physics) -> Option<Gate> {
     let stiffness = (law.id == "cable_spring").then(|| law.parameters.get("stiffness"))??;
     let detail = format!("stiffness of {stiffness:.3e}");
     Some(Gate { name: "pulls back".to_owned(), passed: *stiffness > 0.0, detail })
 }
 
-/// Name of a law's strength where it has one and its shapes are clear: rows are name, value, standard error and bounds.
+/// Name of a law's strength where it has one and its shapes are clear: rows are name, value, standard error
+/// and bounds.
 pub(super) fn only_strength<'p>(
     parameters: &'p [(String, f64, f64, f64, f64)],
     amplitudes: &[String],
@@ -395,13 +403,15 @@ pub(super) fn fails_only(gates: &[Gate], name: &str) -> bool {
     failed.next().is_some_and(|gate| gate.name == name) && failed.next().is_none()
 }
 
-/// Whether the held-out recordings neither confirm nor contradict a law that passes all other gates: they hardly show it.
+/// Whether the held-out recordings neither confirm nor contradict a law that passes all other gates: they
+/// hardly show it.
 pub(crate) fn is_only_unconfirmed(gates: &[Gate], held_out: Option<Improvement>) -> bool {
     fails_only(gates, HELD_OUT) && held_out.is_some_and(|held_out| held_out.z > 0.0)
 }
 
-/// Whether a law passes all gates but that of its strengths, which are some standard errors from nothing all the same: a one-sided spring of
-/// which neither the contact nor the stiffness is known well may do what a cubic one does, whose only number is.
+/// Whether a law passes all gates but that of its strengths, which are some standard errors from nothing all
+/// the same: a one-sided spring of which neither the contact nor the stiffness is known well may do what a
+/// cubic one does, whose only number is.
 pub(super) fn is_only_undetermined(
     gates: &[Gate],
     parameters: &[(String, f64, f64, f64, f64)],
@@ -502,8 +512,8 @@ mod tests {
         assert!(!rest_in_words(f64::INFINITY).contains("inf"));
     }
 
-    /// The wave over position that was fitted to what a circuit's cubic spring leaves took all of it off the multisines that it was trained on, and
-    /// 9 % off the louder record held out, by 2.9 standard errors.
+    /// The wave over position that was fitted to what a circuit's cubic spring leaves took all of it off the
+    /// multisines that it was trained on, and 9 % off the louder record held out, by 2.9 standard errors.
     #[test]
     fn a_law_that_leaves_most_of_the_held_out_rest_needs_held_out_evidence_beyond_doubt() {
         let passes = |held_out_z: f64, held_out_share: f64, rest: Option<f64>, rest_is_foreign: bool| {

@@ -1,10 +1,12 @@
-//! Laws of which a sketch shows too little: the refit has taken over nearly all of them, or they do much more than straight lines hold for.
+//! Laws of which a sketch shows too little: the refit has taken over nearly all of them, or they do much more
+//! than straight lines hold for.
 //!
-//! A mass at a beam's tip does to its first two frequencies what a taper does that no calliper would miss. Around a refit that has
-//! become that beam the mass does nothing new but for a trace, by which the screen is sure of it. A sketch, in which the refitted
-//! parameters follow along straight lines, cannot tell what the mass is good for: they have a long way back, on which
-//! frequencies are off by more than a resonance's width if they follow straight. What promises more than was found is fitted with
-//! everything searched, to the end. So is what the screen sees as well as the best, where that was not tried in the end.
+//! A mass at a beam's tip does to its first two frequencies what a taper does that no calliper would miss.
+//! Around a refit that has become that beam the mass does nothing new but for a trace, by which the screen is
+//! sure of it. A sketch, in which the refitted parameters follow along straight lines, cannot tell what the
+//! mass is good for: they have a long way back, on which frequencies are off by more than a resonance's width
+//! if they follow straight. What promises more than was found is fitted with everything searched, to the end.
+//! So is what the screen sees as well as the best, where that was not tried in the end.
 
 use rayon::prelude::*;
 use stillbeam_recording::Role;
@@ -43,7 +45,8 @@ impl Search<'_> {
         self.fitted_to_the_end(base, screened, tried, |s| s.explained > AS_WELL * most)
     }
 
-    /// Those that promise something, were not tried and are no chance, the best of them fitted to the end whatever their sketches say.
+    /// Those that promise something, were not tried and are no chance, the best of them fitted to the end
+    /// whatever their sketches say.
     fn fitted_to_the_end(
         &self,
         base: &Member,

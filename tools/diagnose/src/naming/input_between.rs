@@ -93,7 +93,8 @@ mod tests {
 
     const DAMPER: &str = "damper.mass-ground.damping";
 
-    /// A set whose damper is held at twice the value that fits, as if the refit without laws could not tell it.
+    /// A set whose damper is held at twice the value that fits, as if the refit without laws could not tell
+    /// it.
     fn with_damper_held(found: &Member) -> Member {
         let rows = found.fitted.free.iter().cloned().zip(found.fitted.values.iter().copied());
         let (free, values) = rows.filter(|(free, _)| free.path != DAMPER).unzip();

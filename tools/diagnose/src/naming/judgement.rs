@@ -16,9 +16,9 @@ use crate::simulation::simulate;
 use stillbeam_recording::Role;
 
 impl Search<'_> {
-    /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it, drops the
-    /// weakest law that fails one and begins again, until all that are left pass. Then looks for rivals: sets in which
-    /// another law in a law's place does as well.
+    /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it,
+    /// drops the weakest law that fails one and begins again, until all that are left pass. Then looks for
+    /// rivals: sets in which another law in a law's place does as well.
     pub(crate) fn judge(
         &self,
         mut selection: Selection,
@@ -73,7 +73,8 @@ impl Search<'_> {
         selection.rivals.extend(both);
         let open = self.left_open(&selection.chosen).into_iter();
         let open = open.filter(|member| !selection.has_rival(&member.laws));
-        // What the recordings are said to show has to pass its gates; what they only leave open cannot, and of a sum no part is shown.
+        // What the recordings are said to show has to pass its gates; what they only leave open cannot, and
+        // of a sum no part is shown.
         let contends = |member: &Member| {
             !self.is_likelier(&selection.chosen, member)
                 || self.has_friction_known_as_a_sum(member)
@@ -105,8 +106,8 @@ impl Search<'_> {
         judged.iter().all(Tried::passes).then_some(judged)
     }
 
-    /// Of rivals with more parameters that are beyond doubt better now that they are fitted to the end, the best is the finding, where its
-    /// laws pass their gates.
+    /// Of rivals with more parameters that are beyond doubt better now that they are fitted to the end, the
+    /// best is the finding, where its laws pass their gates.
     fn put_richest_first(&self, selection: &mut Selection, refitted: &Fitted) {
         let chosen = &selection.chosen;
         let richer = selection.rivals.iter().enumerate().filter(|(_, rival)| {
@@ -123,8 +124,8 @@ impl Search<'_> {
         }
     }
 
-    /// Of sets that cannot be told apart the one with the fewest parameters, and then with the fewest laws, is the finding, where its laws pass
-    /// their gates too.
+    /// Of sets that cannot be told apart the one with the fewest parameters, and then with the fewest laws,
+    /// is the finding, where its laws pass their gates too.
     fn put_simplest_first(&self, selection: &mut Selection, refitted: &Fitted) {
         let size = |member: &Member| (member.fitted.free.len(), member.laws.len());
         let sizes: Vec<(usize, usize)> = selection.rivals.iter().map(size).collect();
@@ -208,8 +209,8 @@ impl Search<'_> {
         tried.held_out.is_none_or(|held_out| held_out.z <= DOUBT * self.options.held_out_gate)
     }
 
-    /// What a set leaves over: its sum of squares on the training recordings beyond the noise that is seen under it, what it is, and whether
-    /// it has more power than noise.
+    /// What a set leaves over: its sum of squares on the training recordings beyond the noise that is seen
+    /// under it, what it is, and whether it has more power than noise.
     fn left_under(&self, member: &Member) -> (f64, Rest, bool) {
         let on_all = member.on_all();
         let floors = self.study.floors(&on_all);
@@ -220,7 +221,8 @@ impl Search<'_> {
             Some(relative * relative * output.at.len() as f64)
         });
         let beyond_noise = if self.study.is_coloured() {
-            // The rest is what the weighting is made of: how large it is beside a law its squares do not tell.
+            // The rest is what the weighting is made of: how large it is beside a law its squares do not
+            // tell.
             f64::INFINITY
         } else {
             (member.fitted.sum_of_squares - noise.sum::<f64>()).max(0.0)
@@ -259,9 +261,10 @@ impl Search<'_> {
         selection.chosen.laws.len() == 1 && !self.weighed_again && !selection.tried.is_empty()
     }
 
-    /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on all together, and only lacks
-    /// held-out recordings that would show it, or would show that it is more: a weaker law that those happen to show may stand in for it,
-    /// a steady force for the wave that it is a part of.
+    /// Whether a set explains the training recordings beyond doubt better than the chosen one, is no worse on
+    /// all together, and only lacks held-out recordings that would show it, or would show that it is more: a
+    /// weaker law that those happen to show may stand in for it, a steady force for the wave that it is a
+    /// part of.
     fn is_better_in_training(&self, other: &Tried, chosen: &Member) -> bool {
         if !other.passes() && !is_only_unconfirmed(&other.gates, other.held_out) {
             return false;
@@ -273,9 +276,10 @@ impl Search<'_> {
             && self.better_by(&other.member, chosen) < self.options.separation
     }
 
-    /// A set with a law that only the gate of its strengths refuses, fitted to the end and as good as the chosen one: that they trade with the
-    /// law's shape is no sign that it is not there. Only where the chosen set leaves nothing but noise: beside another rest a tie says that the
-    /// right law may be missing, and that a law which is not known to be there must not say.
+    /// A set with a law that only the gate of its strengths refuses, fitted to the end and as good as the
+    /// chosen one: that they trade with the law's shape is no sign that it is not there. Only where the
+    /// chosen set leaves nothing but noise: beside another rest a tie says that the right law may be missing,
+    /// and that a law which is not known to be there must not say.
     fn undetermined_rival(&self, other: &Tried, chosen: &Member, without: &Member) -> Option<Member> {
         let amplitudes = self.candidates[other.candidate].amplitude_names();
         let may_be = |tried: &Tried| is_only_undetermined(&tried.gates, &tried.parameters, &amplitudes);

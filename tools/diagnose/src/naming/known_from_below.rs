@@ -1,10 +1,11 @@
 //! A strength that is known from below.
 //!
-//! How hard a stop is that was touched once is known to one side only: softer the base would have gone further, harder it would hardly have
-//! gone less far. Its standard error is the curvature at the best value, which says little of either side, and where that is as large as
-//! the value it looks as if the law might as well not be there. Whether it might is asked outright: a tenth of the strength is held, all
-//! else is fitted again, and what is left is compared. Where the best value itself has wandered up, to where all do nearly as well, a tenth of
-//! it may do as well too, and a hundredth is asked for.
+//! How hard a stop is that was touched once is known to one side only: softer the base would have gone
+//! further, harder it would hardly have gone less far. Its standard error is the curvature at the best value,
+//! which says little of either side, and where that is as large as the value it looks as if the law might as
+//! well not be there. Whether it might is asked outright: a tenth of the strength is held, all else is fitted
+//! again, and what is left is compared. Where the best value itself has wandered up, to where all do nearly
+//! as well, a tenth of it may do as well too, and a hundredth is asked for.
 
 use stillbeam_recording::Role;
 
@@ -20,8 +21,8 @@ use crate::result::Gate;
 const WEAK: [(f64, &str); 2] = [(0.1, "a tenth"), (0.01, "a hundredth")];
 
 impl Search<'_> {
-    /// The gate of the strength, passed, where a law whose parameters start with `own` fails no other and a tenth of its only strength, or a
-    /// hundredth, does clearly worse.
+    /// The gate of the strength, passed, where a law whose parameters start with `own` fails no other and a
+    /// tenth of its only strength, or a hundredth, does clearly worse.
     pub(super) fn known_from_below(&self, tried: &Tried, own: &str) -> Option<Gate> {
         let is_certain = tried.training.t() > DOUBT * self.options.training_gate;
         if !fails_only(&tried.gates, DETERMINED) || !is_certain || self.is_over() {
@@ -32,7 +33,8 @@ impl Search<'_> {
         let path = format!("{own}{strength}");
         let worse_with = |share: f64| {
             let weak = self.weakened(&tried.member, &path, share)?;
-            // Of two fits of which one has a parameter more, the gain is half of that many standard errors of the parameter.
+            // Of two fits of which one has a parameter more, the gain is half of that many standard errors of
+            // the parameter.
             Some(2.0 * self.better_by(&weak, &tried.member))
         };
         WEAK.iter().find_map(|&(share, called)| {
@@ -67,7 +69,8 @@ mod tests {
     use super::*;
     use crate::naming::on_a_spring::{machine, noisy_runs, searched};
 
-    /// What the gate of strengths says of a law, tried on top of the refit, if its strength's standard error were as large as itself.
+    /// What the gate of strengths says of a law, tried on top of the refit, if its strength's standard error
+    /// were as large as itself.
     fn said_of(law: Physics, noise_m: f64) -> Option<Gate> {
         let mut truth = machine();
         let id = law.id.clone();
@@ -95,7 +98,8 @@ mod tests {
         assert!(gate.passed && gate.detail.contains("a tenth"), "{gate:?}");
     }
 
-    /// As case 170 of seed 18: from some stiffness up all fit, and the best value says little of where that begins.
+    /// As case 170 of seed 18: from some stiffness up all fit, and the best value says little of where that
+    /// begins.
     #[test]
     fn a_strength_of_which_only_a_hundredth_does_clearly_worse_is_known_from_below() {
         let stiff = Physics::new("end_stop", "mass").with("distance", 0.07).with("stiffness", 1e5);
@@ -105,7 +109,8 @@ mod tests {
 
     #[test]
     fn a_law_whose_shape_is_not_clear_is_not_known_from_below() {
-        // A stiff hysteresis is dry friction: neither how stiff nor when it yields can be told, and friction is no part of it.
+        // A stiff hysteresis is dry friction: neither how stiff nor when it yields can be told, and friction
+        // is no part of it.
         let stiff = Physics::new("hysteresis", "mass").with("stiffness", 1e5).with("beta", 1e5);
         assert_eq!(said_of(stiff, 1e-4), None);
     }

@@ -1,8 +1,9 @@
 //! Waves along the travel as lines of a spectrum over position.
 //!
-//! A wave that is stiffer than what moves the machine lets it snap from place to place, and a short one has as many valleys to fit in as
-//! periods. Along the motion that was there ([`super::by_latent_force`]) its force is a sine of the position all the same. Where a run
-//! begins a wave holds the machine somewhere on its slope, and nobody knows against what: a steady force is put aside, run by run.
+//! A wave that is stiffer than what moves the machine lets it snap from place to place, and a short one has
+//! as many valleys to fit in as periods. Along the motion that was there ([`super::by_latent_force`]) its
+//! force is a sine of the position all the same. Where a run begins a wave holds the machine somewhere on its
+//! slope, and nobody knows against what: a steady force is put aside, run by run.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,8 +14,8 @@ use super::selection::Search;
 use super::trials::Candidate;
 use crate::locate::latent_force::Moment;
 
-/// A line has at least this share of the power of the force that is asked for, a steady one put aside: a smoother passes little of where the
-/// machine is fast, and a fit decides.
+/// A line has at least this share of the power of the force that is asked for, a steady one put aside: a
+/// smoother passes little of where the machine is fast, and a fit decides.
 const WAVE_ALIKE: f64 = 0.3;
 /// Quarters of a wave over the travel that are looked for at most.
 const MOST_QUARTERS: f64 = 320.0;
@@ -22,7 +23,8 @@ const MOST_QUARTERS: f64 = 320.0;
 const FINER: i32 = 8;
 
 impl Search<'_> {
-    /// Waves at the lines of the spectrum, over the position, of the force that is asked for: each is a valley of its own for a fit.
+    /// Waves at the lines of the spectrum, over the position, of the force that is asked for: each is a
+    /// valley of its own for a fit.
     pub(super) fn waves_alike(&self, compared: &AtPlace<'_>) -> Vec<Alike> {
         let candidate = &self.candidates[compared.index];
         let asked = |moments: &Vec<Moment>| moments.iter().map(|moment| moment[2]).collect::<Vec<f64>>();
@@ -44,7 +46,8 @@ impl Search<'_> {
     }
 }
 
-/// The lines that stand above those beside them, each looked for finely, where their share is more than `least`.
+/// The lines that stand above those beside them, each looked for finely, where their share is more than
+/// `least`.
 pub(super) fn tops<L>(
     frequencies: &[f64],
     least: f64,
@@ -87,8 +90,8 @@ pub(super) fn of_both([one, other]: [&[f64]; 2], wanted: &[f64]) -> Option<[f64;
     (determinant > 1e-9 * aa * bb).then(|| [(bb * a - ab * b) / determinant, (aa * b - ab * a) / determinant])
 }
 
-/// Reciprocals of the periods that are tried along a motion that is known, evenly spaced: between two of them the wave's pattern moves by a
-/// quarter of a wave over all of the motion.
+/// Reciprocals of the periods that are tried along a motion that is known, evenly spaced: between two of them
+/// the wave's pattern moves by a quarter of a wave over all of the motion.
 pub(super) fn frequencies_along<P: Iterator<Item = f64>>(
     candidate: &Candidate,
     places: impl Fn() -> P,
@@ -107,7 +110,8 @@ mod tests {
 
     use crate::naming::on_a_spring::{machine, noisy_runs, searched_around};
 
-    /// At its steepest five times as stiff as the spring, and shorter than what the screen tries: the machine snaps from place to place.
+    /// At its steepest five times as stiff as the spring, and shorter than what the screen tries: the machine
+    /// snaps from place to place.
     #[test]
     fn a_short_stiff_wave_is_seen_as_a_line_over_the_position_and_fitted_from_there() {
         let mut given = machine();

@@ -86,8 +86,8 @@ fn driven(machine: &Model, number: usize, force: &[f64]) -> Recording {
     simulate_with(machine, &commanded, &options).unwrap()
 }
 
-/// Runs in which a further force, which nobody recorded, pushes the machine one way or the other, turning at random twice a second;
-/// and white noise.
+/// Runs in which a further force, which nobody recorded, pushes the machine one way or the other, turning at
+/// random twice a second; and white noise.
 pub(crate) fn shaken_runs(
     machine: &Model,
     amplitudes: &[f64],

@@ -1,17 +1,18 @@
 //! Refits around which the first law is looked for when little came of looking around the refit.
 //!
-//! The screen looks around a fitted model. Two ways in which the refit of everything to all recordings is no good place for that, and what is
-//! fitted instead:
+//! The screen looks around a fitted model. Two ways in which the refit of everything to all recordings is no
+//! good place for that, and what is fitted instead:
 //!
-//! - It has made up for the law with another machine: a beam whose frequencies rise with the amplitude became one of another taper, around
-//!   which the cubic spring does nothing. *Within the drawing* no parameter leaves the range in which its given value can be wrong; what the
-//!   law does then stays visible.
-//! - One recording shows the law so strongly that no parameters explain any recording any more: a base that hits its stop in one run of
-//!   three ends metres from where a linear one would. *Of the linear recordings* is the refit to those that one linear machine
-//!   explains, as somebody would who identifies at small amplitudes and then looks at the large ones.
+//! - It has made up for the law with another machine: a beam whose frequencies rise with the amplitude became
+//!   one of another taper, around which the cubic spring does nothing. *Within the drawing* no parameter
+//!   leaves the range in which its given value can be wrong; what the law does then stays visible.
+//! - One recording shows the law so strongly that no parameters explain any recording any more: a base that
+//!   hits its stop in one run of three ends metres from where a linear one would. *Of the linear recordings*
+//!   is the refit to those that one linear machine explains, as somebody would who identifies at small
+//!   amplitudes and then looks at the large ones.
 //!
-//! Last, where nothing that was found takes away so much that it would be named by itself, the force that the refit of everything lacks is looked at itself
-//! ([`super::by_latent_force`]).
+//! Last, where nothing that was found takes away so much that it would be named by itself, the force that the
+//! refit of everything lacks is looked at itself ([`super::by_latent_force`]).
 //!
 //! What is found there has to pass its gates against the refit to everything all the same.
 
@@ -30,13 +31,16 @@ use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
 use crate::verdict::MOST_OF_ITS_OWN;
 
-/// Recordings that a refit of their own explains so many times better, in mean squares, have been spoilt by the others.
+/// Recordings that a refit of their own explains so many times better, in mean squares, have been spoilt by
+/// the others.
 const SPOILT: f64 = 4.0;
-/// Recordings are explained by one linear machine when together they leave no more than this many times what each leaves alone.
+/// Recordings are explained by one linear machine when together they leave no more than this many times what
+/// each leaves alone.
 const TOGETHER: f64 = 2.0;
 
 impl Search<'_> {
-    /// What was tried around the refit, and what is better around others, where nothing that was tried will do.
+    /// What was tried around the refit, and what is better around others, where nothing that was tried will
+    /// do.
     pub(super) fn tried_around_other_refits(&self, refitted: &Member, mut tried: Vec<Tried>) -> Vec<Tried> {
         for other in [Self::within_the_drawing, Self::of_the_linear_recordings] {
             if self.is_over() || self.is_explained(&tried) {
@@ -61,14 +65,16 @@ impl Search<'_> {
     fn takes_most(&self, refitted: &Member, tried: &[Tried]) -> bool {
         let samples = self.study.stack(Role::Train).present() as f64;
         let left = |member: &Member| member.fitted.sum_of_squares;
-        // Where the noise is known from the refit alone, what that leaves is as loud as noise, whatever it is.
+        // Where the noise is known from the refit alone, what that leaves is as loud as noise, whatever it
+        // is.
         let noise = if left(refitted) > LOUD * samples { samples } else { 0.0 };
         let most = MOST_OF_ITS_OWN * (left(refitted) - noise);
         tried.iter().any(|tried| tried.passes() && left(refitted) - left(&tried.member) > most)
     }
 
-    /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then another law is missing beside
-    /// it, which is looked for in the next round. What is louder than noise may be a law's that looks like none beside another machine.
+    /// Whether one of the laws passes its gates, and leaves nothing to explain or the machine as drawn: then
+    /// another law is missing beside it, which is looked for in the next round. What is louder than noise may
+    /// be a law's that looks like none beside another machine.
     fn is_explained(&self, tried: &[Tried]) -> bool {
         let leaves_little = |member: &Member| {
             self.rest(member) != Rest::Structured && !self.is_louder_than_noise(&member.fitted)
@@ -87,8 +93,8 @@ impl Search<'_> {
         self.member(Vec::new(), within)
     }
 
-    /// The refit to the training recordings that one linear machine explains; `None` where the refit to all of them explains each as well,
-    /// as it does where it leaves nothing but noise.
+    /// The refit to the training recordings that one linear machine explains; `None` where the refit to all
+    /// of them explains each as well, as it does where it leaves nothing but noise.
     fn of_the_linear_recordings(&self, refitted: &Member) -> Option<Member> {
         if self.rest(refitted) == Rest::Noise {
             return None;
@@ -261,7 +267,8 @@ mod tests {
             let mut truth = machine();
             truth.set_parameter("damper.mass-ground.damping", damping).unwrap();
             truth.setup_mut().physics = vec![spring.clone()];
-            // Louder than what a spline through the force's samples and straight lines between them make of it.
+            // Louder than what a spline through the force's samples and straight lines between them make of
+            // it.
             let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, 30.0 * NOISE_M);
             searched(&noisy(&[3.0, 6.0]), &noisy(&[4.5]), |search, refitted| {
                 let set = search.weighed_again(fitted_with(search, &refitted, &spring));

@@ -56,9 +56,10 @@ impl Search<'_> {
         member
     }
 
-    /// The set fitted to the beginnings of the recordings first, and by differences so large that they look across the jags of its laws;
-    /// `None` where it has none and drifts over no wave, leaves no more than noise, or gains nothing by it. A wave has no jags: where the
-    /// travel was recorded it is read off there; else its fit is finished first, being in the right valley already, perhaps.
+    /// The set fitted to the beginnings of the recordings first, and by differences so large that they look
+    /// across the jags of its laws; `None` where it has none and drifts over no wave, leaves no more than
+    /// noise, or gains nothing by it. A wave has no jags: where the travel was recorded it is read off there;
+    /// else its fit is finished first, being in the right valley already, perhaps.
     pub(super) fn across_the_jags(&self, member: &Member) -> Option<Member> {
         if self.is_over() || self.rest(member) == Rest::Noise {
             return None;

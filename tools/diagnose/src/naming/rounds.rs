@@ -178,8 +178,8 @@ impl Search<'_> {
         (screened, tried)
     }
 
-    /// Whether no further law is looked for on top of a set. The first one is as long as what is under way may
-    /// go on.
+    /// Whether no further law is looked for on top of a set. The first one is as long as what is under way
+    /// may go on.
     fn is_given_up(&self, base: &Member) -> bool {
         if base.laws.is_empty() { self.study.is_spent() } else { self.is_over() }
     }

@@ -1,21 +1,23 @@
 //! A late drive and a late sensor, where one output alone was recorded.
 //!
-//! What a machine does to an input that comes later by a time, it does later by that time: `y(t) = F[u(· − τ)](t) = F[u](t − τ)`, whatever
-//! physics is in `F`, as long as none of it goes by the clock and the input reaches the output by no other way. So a dead time of the
-//! drive and a delay of all that is read are one thing, whatever fits of the one and the other have come to. Two outputs tell
-//! them apart where one of them lies before the machine; in a loop the controller sees what the sensor says late.
+//! What a machine does to an input that comes later by a time, it does later by that time: `y(t) = F[u(· −
+//! τ)](t) = F[u](t − τ)`, whatever physics is in `F`, as long as none of it goes by the clock and the input
+//! reaches the output by no other way. So a dead time of the drive and a delay of all that is read are one
+//! thing, whatever fits of the one and the other have come to. Two outputs tell them apart where one of them
+//! lies before the machine; in a loop the controller sees what the sensor says late.
 
 use super::selection::Selection;
 use super::sets::Member;
 use super::trials::Candidate;
 use crate::result::Tie;
 
-/// Laws beside which a late drive and a late sensor are two things: an input that leaks into the sensor is not late, what drifts goes by
-/// the clock. (A steady tone goes by it too, and its phase is free; a sensor's clock that runs differently is off by its rate times the delay.)
+/// Laws beside which a late drive and a late sensor are two things: an input that leaks into the sensor is
+/// not late, what drifts goes by the clock. (A steady tone goes by it too, and its phase is free; a sensor's
+/// clock that runs differently is off by its rate times the delay.)
 const TELLING: [&str; 2] = ["crosstalk", "parameter_drift"];
 
-/// The tie of a set that is late with the one that is late elsewhere; `None` where they are two things, or in a tie already.
-/// `one_output`: whether no recording, held out or not, has another output than the one.
+/// The tie of a set that is late with the one that is late elsewhere; `None` where they are two things, or in
+/// a tie already. `one_output`: whether no recording, held out or not, has another output than the one.
 pub(crate) fn same_lateness(
     selection: &Selection,
     candidates: &[Candidate],

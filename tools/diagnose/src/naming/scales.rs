@@ -1,4 +1,5 @@
-//! How far, how fast and against what forces each place of a machine moved: what makes a trial value sensible.
+//! How far, how fast and against what forces each place of a machine moved: what makes a trial value
+//! sensible.
 
 use std::collections::BTreeMap;
 
@@ -36,14 +37,16 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    /// From the linear model's motion over the recordings, each begun from its own initial state: a free decay has no other motion.
+    /// From the linear model's motion over the recordings, each begun from its own initial state: a free
+    /// decay has no other motion.
     pub(crate) fn new(hypothesis: &Hypothesis, records: &[Record], starts: &[Vec<f64>]) -> Option<Self> {
         let space = StateSpace::new(&hypothesis.model).ok()?;
         let mut scales = Self { outputs: vec![[0.0; 2]; space.outputs().len()], ..Self::default() };
         for (record, start) in records.iter().zip(starts) {
             let zeros = vec![0.0; record.time_s.len()];
             let input = record.input.as_deref().unwrap_or(&zeros);
-            // What a driven recording began with may have died before anything was read, and then is anything.
+            // What a driven recording began with may have died before anything was read, and then is
+            // anything.
             let start = if record.input.is_some() { &[][..] } else { start };
             let moved = moved(hypothesis, &space, record, start, input)?;
             for (point, [displacements, velocities]) in space.points().iter().zip(&moved) {
@@ -63,7 +66,8 @@ impl Scales {
                 scales.has_moved(&point.name, found);
             }
             let spread_of_input = spread(input);
-            // A base that is moved is no point at which a force could act, but a place where something may be loose.
+            // A base that is moved is no point at which a force could act, but a place where something may be
+            // loose.
             if hypothesis.model.input_is_motion() && space.find_point("base").is_none() {
                 let rates = record.time_s.windows(2).zip(input.windows(2));
                 let speed: Vec<f64> = rates.map(|(t, u)| (u[1] - u[0]) / (t[1] - t[0])).collect();
@@ -84,8 +88,9 @@ impl Scales {
         Some(scales)
     }
 
-    /// Takes a place's motion over one more recording in: the sizes are those of the recording that moves it most, the reach that of all
-    /// of them. A sweep is at a stop for a moment only that a multisine of more power never comes near.
+    /// Takes a place's motion over one more recording in: the sizes are those of the recording that moves it
+    /// most, the reach that of all of them. A sweep is at a stop for a moment only that a multisine of more
+    /// power never comes near.
     fn has_moved(&mut self, place: &str, found: Scale) {
         let known = self.points.entry(place.to_owned()).or_insert(found);
         let larger = if found.displacement > known.displacement { found } else { *known };
@@ -114,9 +119,9 @@ impl Scales {
     }
 }
 
-/// Displacement and velocity of every point under the linear model. In a loop it follows the reference: driven
-/// by the recorded force alone, a slide without a spring would wander off. One that is held to a recorded
-/// motion follows that.
+/// Displacement and velocity of every point under the linear model. In a loop it follows the reference:
+/// driven by the recorded force alone, a slide without a spring would wander off. One that is held to a
+/// recorded motion follows that.
 fn moved(
     hypothesis: &Hypothesis,
     space: &StateSpace,
@@ -173,7 +178,8 @@ mod tests {
         }
     }
 
-    /// The recorded force also holds up an offset that the model lacks: alone it would push the slide some metres away.
+    /// The recorded force also holds up an offset that the model lacks: alone it would push the slide some
+    /// metres away.
     #[test]
     fn a_slide_in_a_loop_travels_as_far_as_its_reference() {
         let given = axis();

@@ -1,4 +1,5 @@
-//! What fits best and does not pass is tried again before it is given up: fitted to the end, and begun at its other shapes.
+//! What fits best and does not pass is tried again before it is given up: fitted to the end, and begun at its
+//! other shapes.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -16,8 +17,9 @@ use crate::fit::{Fitted, LOUD, Others};
 use crate::refit::is_far_anywhere;
 
 impl Search<'_> {
-    /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the recordings that it is fitted
-    /// to and fail on others. The best of those that were tried is fitted to the end before it is given up for that.
+    /// Where a law acts for moments only, an end stop say, a fit that has not settled may know enough for the
+    /// recordings that it is fitted to and fail on others. The best of those that were tried is fitted to the
+    /// end before it is given up for that.
     pub(super) fn settle_the_best(&self, base: &Member, tried: &mut [Tried]) {
         let Some(best) = tried.iter_mut().min_by(|a, b| by_fit(a, b)) else { return };
         if !self.deserves_more(best) {
@@ -30,9 +32,10 @@ impl Search<'_> {
         }
     }
 
-    /// Laws that take nearly as much away as the best of those that pass, where that leaves more than noise, are fitted to the end: a fit that
-    /// has not settled leaves more than another law does, and the other one would be taken for it. So does one beside parameters that have
-    /// gone far to make up for the law before it was there: the drawing is where they are looked for then.
+    /// Laws that take nearly as much away as the best of those that pass, where that leaves more than noise,
+    /// are fitted to the end: a fit that has not settled leaves more than another law does, and the other one
+    /// would be taken for it. So does one beside parameters that have gone far to make up for the law before
+    /// it was there: the drawing is where they are looked for then.
     pub(super) fn settle_those_as_good(&self, base: &Member, tried: &mut [Tried]) {
         let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
         let Some(best) = tried.iter().filter(|tried| tried.passes()).min_by(|a, b| by_fit(a, b)) else {
@@ -57,8 +60,9 @@ impl Search<'_> {
             });
     }
 
-    /// The way from no friction to dry friction may be barred, a damper that has made up for it standing in between, and open to the richer law
-    /// that contains it. Where that leaves less, even friction is begun from its mean, unless the set has it or its place is to be `taken`.
+    /// The way from no friction to dry friction may be barred, a damper that has made up for it standing in
+    /// between, and open to the richer law that contains it. Where that leaves less, even friction is begun
+    /// from its mean, unless the set has it or its place is to be `taken`.
     pub(super) fn begin_even_friction_at_uneven(
         &self,
         base: &Member,
@@ -89,14 +93,15 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a fit leaves more than noise of the training recordings. By innovations none does: what they are made of is as loud as noise
-    /// by definition.
+    /// Whether a fit leaves more than noise of the training recordings. By innovations none does: what they
+    /// are made of is as loud as noise by definition.
     pub(super) fn is_louder_than_noise(&self, fitted: &Fitted) -> bool {
         fitted.sum_of_squares > LOUD * self.study.stack(Role::Train).present() as f64
     }
 
-    /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves over a travel of less than a period,
-    /// say. The best of those that were tried is begun at its other shapes too before it is given up.
+    /// Two shapes may do the same to the recordings that a law is fitted to, and not to others: two waves
+    /// over a travel of less than a period, say. The best of those that were tried is begun at its other
+    /// shapes too before it is given up.
     pub(super) fn begin_the_best_elsewhere(
         &self,
         base: &Member,
@@ -120,8 +125,8 @@ impl Search<'_> {
         }
     }
 
-    /// A wave as it passes at a simple ratio of its period: over a travel of a few periods one does much of what the other does, and a fit
-    /// ends in the one beside which it began.
+    /// A wave as it passes at a simple ratio of its period: over a travel of a few periods one does much of
+    /// what the other does, and a fit ends in the one beside which it began.
     fn at_another_period(&self, rival: &Member, wave: &Tried) -> Option<Tried> {
         let place = wave.member.laws.len() - 1;
         let law = wave.member.fitted.hypothesis.model.setup().physics.get(self.given_laws + place)?;
@@ -139,7 +144,8 @@ impl Search<'_> {
         PERIOD_RATIOS.iter().take_while(|_| !self.is_over()).find_map(at_ratio)
     }
 
-    /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be that its fit is no good yet.
+    /// Whether a law that does not pass is beyond doubt in training, and all that speaks against it may be
+    /// that its fit is no good yet.
     fn deserves_more(&self, tried: &Tried) -> bool {
         let beyond_doubt = tried.training.t() > DOUBT * self.options.training_gate;
         !tried.passes() && tried.may_lack_another() && beyond_doubt && !self.is_over()
@@ -158,7 +164,8 @@ fn other_periods(law: &Physics, ratios: &[f64; 2]) -> Vec<Physics> {
     ratios.iter().flat_map(|&times| (0..4).map(move |quarter| wave(times, quarter))).collect()
 }
 
-/// A fit of even friction has stopped on its way where a richer law leaves less than this share of what it leaves.
+/// A fit of even friction has stopped on its way where a richer law leaves less than this share of what it
+/// leaves.
 const BARRED: f64 = 0.9;
 /// Share of what the best law takes away that another has to take to be fitted to the end as well.
 const AS_GOOD: f64 = 0.95;

@@ -92,8 +92,8 @@ pub(crate) struct Search<'s> {
     /// Initial states of held-out free decays under the refitted model, which have no rest to begin from;
     /// empty where a record is driven.
     pub(crate) held_out_starts: Vec<Vec<f64>>,
-    /// Whether it looks at pieces of recordings: what it finds there is followed through the whole of them, and
-    /// fitted to the end and judged there.
+    /// Whether it looks at pieces of recordings: what it finds there is followed through the whole of them,
+    /// and fitted to the end and judged there.
     pub(crate) in_pieces: bool,
     /// Rounds made since.
     pub(crate) rounds: Mutex<HashMap<RoundKey, Round>>,

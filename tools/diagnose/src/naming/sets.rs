@@ -126,8 +126,8 @@ impl Search<'_> {
         self.member(laws, fitted)
     }
 
-    /// How many standard errors a set is better than another over all recordings, training and held out; every parameter
-    /// that it has more is worth one square of noise in training.
+    /// How many standard errors a set is better than another over all recordings, training and held out;
+    /// every parameter that it has more is worth one square of noise in training.
     pub(crate) fn better_by(&self, without: &Member, with: &Member) -> f64 {
         let slowest_hz = self.study.slowest_hz;
         let compared = |role: Role, without: &[RecordFit], with: &[RecordFit]| {
@@ -138,7 +138,8 @@ impl Search<'_> {
         let freedom = with.fitted.free.len() as f64 - without.fitted.free.len() as f64;
         let scale = with.fitted.sum_of_squares / self.study.stack(Role::Train).present().max(1) as f64;
         let gain = training.gain + held_out.gain - freedom * scale;
-        // The square that a parameter is worth is itself uncertain by as much: two sets that do the same are no standard errors apart.
+        // The square that a parameter is worth is itself uncertain by as much: two sets that do the same are
+        // no standard errors apart.
         let sd = (training.variance + held_out.variance + scale * scale).sqrt();
         if sd > 0.0 { gain / (2.0 * sd) } else { 0.0 }
     }
@@ -175,8 +176,8 @@ impl Search<'_> {
         fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
 
-    /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the set is then
-    /// fitted again, and which of the model's own parameters are free is decided anew.
+    /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the
+    /// set is then fitted again, and which of the model's own parameters are free is decided anew.
     pub(crate) fn weighed_again(&mut self, member: Member) -> Member {
         if self.study.is_coloured() {
             return member;
@@ -225,8 +226,8 @@ pub(crate) fn law_parameters(
         .filter_map(|parameter| {
             let name = parameter.path.strip_prefix(&own)?.to_owned();
             let given = *physics.parameters.get(&name)?;
-            // A limit that does not limit is no parameter.
-            // Where a cable pulls to is the others' to say unless it is asked for: most machines start where it does not pull.
+            // A limit that does not limit is no parameter. Where a cable pulls to is the others' to say
+            // unless it is asked for: most machines start where it does not pull.
             let is_asked = name == "rest_position" && given != 0.0;
             if !given.is_finite() || (AS_GIVEN.contains(&name.as_str()) && !is_asked) {
                 return None;

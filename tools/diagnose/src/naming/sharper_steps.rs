@@ -1,7 +1,7 @@
 //! Rounded readings as sharp as the recordings show them.
 //!
-//! Fits need steps that noise before the rounding has made round, a twentieth of a step at least. Where there was less the mean over such
-//! noise misses readings at every step.
+//! Fits need steps that noise before the rounding has made round, a twentieth of a step at least. Where there
+//! was less the mean over such noise misses readings at every step.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_recording::Role;
@@ -13,7 +13,8 @@ use super::sets::Member;
 const SHARPER: [f64; 3] = [0.0, 0.025, 0.035];
 
 impl Search<'_> {
-    /// The set with the steps of every rounding that it found as sharp as fits the training recordings best, all else as it is.
+    /// The set with the steps of every rounding that it found as sharp as fits the training recordings best,
+    /// all else as it is.
     pub(super) fn with_sharper_steps(&self, member: Member) -> Member {
         let count = member.fitted.hypothesis.model.setup().physics.len();
         (self.given_laws..count).fold(member, |member, law| self.sharpened(&member, law).unwrap_or(member))

@@ -1,5 +1,5 @@
-//! Sketches: a law's own parameters fitted on top of a set, those of the model following along straight lines. They say which candidates are
-//! worth a fit.
+//! Sketches: a law's own parameters fitted on top of a set, those of the model following along straight
+//! lines. They say which candidates are worth a fit.
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Physics;
@@ -22,7 +22,8 @@ pub(super) struct Sketched<'s> {
     /// Sum of squares that is left.
     pub(super) left: f64,
     pub(super) physics: Physics,
-    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow along straight lines.
+    /// The recordings, what the model's parameters would absorb taken out of the residuals where those follow
+    /// along straight lines.
     pub(super) records: Vec<RecordFit>,
     /// The fit, where the model's parameters were searched along.
     pub(super) begun: Option<Fitted>,
@@ -31,15 +32,15 @@ pub(super) struct Sketched<'s> {
 /// A sketch that reaches this share of what a gate asks is worth a fit.
 const HOPEFUL: f64 = 0.5;
 
-/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that holds it up: a sketch
-/// begins with half of it, so often at most, ...
+/// The size that a straight line asks for may be more than the machine can bear, a stiffness taken away that
+/// holds it up: a sketch begins with half of it, so often at most, ...
 const HALVINGS: i32 = 5;
 /// ... until no more than this many times what is there without the law is left over.
 const TOO_FAR: f64 = 4.0;
 
 impl Search<'_> {
-    /// Whether a sketched law could pass the gates of size and training beside laws that are there already, where the fit begins
-    /// nearby: the sketch has let everything else follow along straight lines.
+    /// Whether a sketched law could pass the gates of size and training beside laws that are there already,
+    /// where the fit begins nearby: the sketch has let everything else follow along straight lines.
     pub(super) fn may_pass(&self, base: &Member, sketched: &Sketched<'_>) -> bool {
         if base.laws.is_empty() {
             return true;

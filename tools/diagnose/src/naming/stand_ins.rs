@@ -1,9 +1,10 @@
 //! What a parameter that moved too far may stand for.
 //!
-//! A law that does what a parameter of the model does too is not missed once that parameter is refitted: a cable that pulls on a body
-//! beside its own spring is a stiffer spring. No recording of the machine as it stands tells them apart, but what is known
-//! of the machine does: masses, stiffnesses and dimensions are known from a drawing, a balance and a calliper. A value that has to
-//! move by far more than that is wrong, or stands for a law; both are said.
+//! A law that does what a parameter of the model does too is not missed once that parameter is refitted: a
+//! cable that pulls on a body beside its own spring is a stiffer spring. No recording of the machine as it
+//! stands tells them apart, but what is known of the machine does: masses, stiffnesses and dimensions are
+//! known from a drawing, a balance and a calliper. A value that has to move by far more than that is wrong,
+//! or stands for a law; both are said.
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
@@ -19,7 +20,8 @@ use crate::parameters::FreeParameter;
 
 /// So many times as large or as small is no parameter of the same machine any more.
 const ANOTHER_MACHINE: f64 = 10.0;
-/// A law does the same as a parameter when at least this share of the power of what the parameter does, all else following, is its.
+/// A law does the same as a parameter when at least this share of the power of what the parameter does, all
+/// else following, is its.
 const THE_SAME: f64 = 0.9;
 
 /// A parameter that moved further than its given value can be wrong.
@@ -56,7 +58,8 @@ pub(crate) struct StandIns {
 }
 
 impl Search<'_> {
-    /// Looks for laws that explain the recordings as well as the refitted model while the parameters that moved too far are as given.
+    /// Looks for laws that explain the recordings as well as the refitted model while the parameters that
+    /// moved too far are as given.
     pub(crate) fn stand_ins(&self, refitted: &Member) -> StandIns {
         let fitted = &refitted.fitted;
         let far = self.far_places(fitted);
@@ -101,8 +104,8 @@ impl Search<'_> {
         (0..fitted.free.len()).filter(is_far).collect()
     }
 
-    /// What these parameters changed by moving from their given values, as far as straight lines say and all others follow; and the
-    /// directions of the others.
+    /// What these parameters changed by moving from their given values, as far as straight lines say and all
+    /// others follow; and the directions of the others.
     fn done_by(&self, fitted: &Fitted, far: &[usize]) -> (Vec<f64>, Orthonormal) {
         let columns = fitted.sensitivities(&self.study.stack(Role::Train));
         let mut absorbing = Orthonormal::default();
@@ -120,8 +123,8 @@ impl Search<'_> {
         (wanted, absorbing)
     }
 
-    /// The model with one law instead of the parameters' moves, fitted; `None` where the law does something else, or is not
-    /// determined.
+    /// The model with one law instead of the parameters' moves, fitted; `None` where the law does something
+    /// else, or is not determined.
     fn stand_in(
         &self,
         refitted: &Member,

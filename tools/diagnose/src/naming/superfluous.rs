@@ -12,8 +12,9 @@ impl Search<'_> {
         self.reduced(member, added)
     }
 
-    /// A set that came of the chosen one by a richer law at a place, without what had stood beside the simpler law to do the rest of the
-    /// richer one's work: beside dry friction, damping that grows with the motion does much of what a dip at low speed does.
+    /// A set that came of the chosen one by a richer law at a place, without what had stood beside the
+    /// simpler law to do the rest of the richer one's work: beside dry friction, damping that grows with the
+    /// motion does much of what a dip at low speed does.
     pub(super) fn without_what_stood_in(&self, chosen: &Member, richer: Member, place: usize) -> Member {
         if richer.laws.len() < 2 || self.is_over() {
             return richer;
@@ -56,7 +57,8 @@ mod tests {
         law.with("static_force", static_force).with("velocity", 0.05)
     }
 
-    /// As case 67 of seed 18, in which damping that grows with the motion stood beside dry friction for the friction's dip.
+    /// As case 67 of seed 18, in which damping that grows with the motion stood beside dry friction for the
+    /// friction's dip.
     #[test]
     fn what_does_the_rest_of_a_dip_beside_dry_friction_is_not_missed_beside_the_dip() {
         let mut truth = machine();

@@ -1,11 +1,12 @@
 //! A wave along the travel, begun where the machine was seen to go.
 //!
-//! A body that nothing holds adds up what pushes it: simulated without the wave, or with another one, it comes to lie elsewhere on the true
-//! wave than the machine did, and the fit of a period has as many valleys as that. Where an encoder shows the place, the wave's force is a
-//! sine of what was recorded, whatever the model makes of it, and what it does to the outputs is a straight line in its two amplitudes:
-//! every period is tried in turn, the other parameters following along straight lines. (The regressor is the recorded place instead of the
-//! simulated one, an equation error: the encoder's noise weakens a wave of `P` by `exp(−2 (π σ/P)²)`, which only says where a fit by
-//! simulation begins.)
+//! A body that nothing holds adds up what pushes it: simulated without the wave, or with another one, it
+//! comes to lie elsewhere on the true wave than the machine did, and the fit of a period has as many valleys
+//! as that. Where an encoder shows the place, the wave's force is a sine of what was recorded, whatever the
+//! model makes of it, and what it does to the outputs is a straight line in its two amplitudes: every period
+//! is tried in turn, the other parameters following along straight lines. (The regressor is the recorded
+//! place instead of the simulated one, an equation error: the encoder's noise weakens a wave of `P` by
+//! `exp(−2 (π σ/P)²)`, which only says where a fit by simulation begins.)
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -43,7 +44,8 @@ struct Line {
     share: f64,
 }
 
-/// A model without the wave, the machine's travel as it was recorded, and what the other parameters could absorb.
+/// A model without the wave, the machine's travel as it was recorded, and what the other parameters could
+/// absorb.
 struct Travelled<'t> {
     stack: &'t Stack<'t>,
     without: Fitted,
@@ -55,8 +57,8 @@ struct Travelled<'t> {
 }
 
 impl Search<'_> {
-    /// The set with its waves as the recorded travel shows them, or as they are where that fits better; `None` where no travel was recorded
-    /// or no wave stands out.
+    /// The set with its waves as the recorded travel shows them, or as they are where that fits better;
+    /// `None` where no travel was recorded or no wave stands out.
     pub(super) fn waves_as_recorded(&self, member: &Member) -> Option<Member> {
         let mut best: Option<Member> = None;
         for candidate in member.laws.clone() {
@@ -78,14 +80,15 @@ impl Search<'_> {
         Some(if is_better { found } else { member.clone() })
     }
 
-    /// The fit of a set with a wave besides, begun so where nothing holds the machine: without the wave it went elsewhere, and what the screen
-    /// saw of one there says little.
+    /// The fit of a set with a wave besides, begun so where nothing holds the machine: without the wave it
+    /// went elsewhere, and what the screen saw of one there says little.
     pub(super) fn wave_where_it_went(&self, without: &Member, law: usize) -> Option<Fitted> {
         let drifts = || !is_held(&without.fitted.hypothesis.model);
         (self.is_wave(law) && drifts()).then(|| self.wave_read_off(without, law))?.map(|set| set.fitted)
     }
 
-    /// A set with a wave besides, as the recorded travel shows it; `None` where that was not recorded or no wave stands out.
+    /// A set with a wave besides, as the recorded travel shows it; `None` where that was not recorded or no
+    /// wave stands out.
     pub(super) fn wave_read_off(&self, without: &Member, law: usize) -> Option<Member> {
         let candidate = &self.candidates[law];
         let wave = candidate.trials.iter().find(|trial| trial.period().is_some())?;
@@ -221,8 +224,9 @@ fn output_of(fitted: &Fitted, point: usize) -> Option<usize> {
     space.outputs().iter().position(|output| output.row == *place)
 }
 
-/// A simulated travel corrected by what was recorded of it; straight lines between samples that are apart. A body that nothing holds is where
-/// its encoder says: its place and the encoder's zero are one and the same (see [`Stack`]).
+/// A simulated travel corrected by what was recorded of it; straight lines between samples that are apart. A
+/// body that nothing holds is where its encoder says: its place and the encoder's zero are one and the same
+/// (see [`Stack`]).
 fn as_recorded(record: &Record, output: usize, simulated: &[f64]) -> Option<Vec<f64>> {
     let signal = record.outputs.iter().find(|signal| signal.index == output)?;
     let samples = signal.at.iter().zip(&signal.samples);
@@ -254,7 +258,8 @@ mod tests {
         Physics::new("cogging", "mass").with("force", 0.37).with("period", period).with("phase", 0.2)
     }
 
-    /// As case 145 of seed 20: 15.2 mm were fitted for 21.7, and fits to the beginnings of the recordings took the time.
+    /// As case 145 of seed 20: 15.2 mm were fitted for 21.7, and fits to the beginnings of the recordings
+    /// took the time.
     #[test]
     fn a_wave_is_found_where_the_machine_was_seen_to_go_whatever_period_it_was_fitted_with() {
         let truth = wave(0.047);
@@ -297,8 +302,8 @@ mod tests {
         });
     }
 
-    /// As case 5 of seed 21: a wave that is stiffer than the loop holds the slide in its hollows. The refit made a weight of a hundredth of
-    /// it, beside which a wave of half the period was found.
+    /// As case 5 of seed 21: a wave that is stiffer than the loop holds the slide in its hollows. The refit
+    /// made a weight of a hundredth of it, beside which a wave of half the period was found.
     #[test]
     fn a_wave_from_the_hollows_of_which_a_loop_pulls_a_slide_is_read_off() {
         let mut soft = axis();

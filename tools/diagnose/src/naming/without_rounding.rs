@@ -8,8 +8,9 @@ use super::sets::Member;
 use crate::fit::Fitted;
 
 impl Search<'_> {
-    /// The set as its readings would be without rounding, where they are rounded: next to a step what another law and the parameters
-    /// that follow do is no straight line, and a law that they hide for the most part looks like nothing.
+    /// The set as its readings would be without rounding, where they are rounded: next to a step what another
+    /// law and the parameters that follow do is no straight line, and a law that they hide for the most part
+    /// looks like nothing.
     pub(super) fn without_rounding(&self, base: &Member) -> Option<Member> {
         let hypothesis = base.fitted.hypothesis.unrounded()?;
         let stack = self.study.stack(Role::Train);

@@ -54,8 +54,8 @@ impl Autoregression {
 
     /// The series with its colour taken out: innovations, NaN where any sample they need is missing.
     ///
-    /// The first few, which would need samples before the start, take those as zero and are scaled to no purpose:
-    /// callers use records much longer than the order.
+    /// The first few, which would need samples before the start, take those as zero and are scaled to no
+    /// purpose: callers use records much longer than the order.
     pub(crate) fn whiten(&self, series: &[f64]) -> Vec<f64> {
         let at = |t: usize, k: usize| if t > k { series[t - k - 1] } else { 0.0 };
         (0..series.len())
@@ -66,8 +66,8 @@ impl Autoregression {
             .collect()
     }
 
-    /// Variance of the sum of `weights[t] * e_t`: the weights run through the noise's own filter, backwards in
-    /// time. Missing values count as zero weights.
+    /// Variance of the sum of `weights[t] * e_t`: the weights run through the noise's own filter, backwards
+    /// in time. Missing values count as zero weights.
     pub(crate) fn variance_of_sum(&self, weights: &[f64]) -> f64 {
         // e = A⁻¹ w, so weights · e = (A⁻ᵀ weights) · w.
         let mut filtered = vec![0.0; weights.len()];
@@ -108,9 +108,9 @@ impl Autoregression {
         all
     }
 
-    /// By how much the mean square of `count` samples scatters less certainly than that of white noise: the number
-    /// of independent samples that would tell the variance as well,
-    /// `count / (1 + 2 * sum of squared autocorrelations)` (M. Bartlett, 1946).
+    /// By how much the mean square of `count` samples scatters less certainly than that of white noise: the
+    /// number of independent samples that would tell the variance as well, `count / (1 + 2 * sum of squared
+    /// autocorrelations)` (M. Bartlett, 1946).
     pub(crate) fn effective_count(&self, count: usize) -> f64 {
         let sum: f64 = self.autocorrelations(count).iter().skip(1).map(|rho| rho * rho).sum();
         count as f64 / (1.0 + 2.0 * sum)

@@ -2,8 +2,8 @@
 
 /// Probability that a standard normal variable lies further from zero than `z`.
 ///
-/// W. J. Cody's rational approximation is not needed here: the continued fraction and series of the incomplete
-/// gamma function give the same digits for both distributions.
+/// W. J. Cody's rational approximation is not needed here: the continued fraction and series of the
+/// incomplete gamma function give the same digits for both distributions.
 pub(crate) fn two_sided_normal(z: f64) -> f64 {
     chi_squared_tail(z * z, 1.0)
 }

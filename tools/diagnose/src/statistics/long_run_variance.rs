@@ -5,10 +5,10 @@ use super::autoregression::Autoregression;
 /// Variance of the sum of `weights[t] * residuals[t]`, the larger of two estimates:
 ///
 /// * Bartlett windows over the products themselves (W. Newey, K. West, Econometrica 55 (1987) 703), which
-///   hold where the noise grows and shrinks along the record, but are unsure of themselves where the weights sit in
-///   a few seconds of it (one resonance passage);
-/// * the weights run through an autoregressive model of the residuals, which is sure of itself there, but takes the
-///   noise as stationary.
+///   hold where the noise grows and shrinks along the record, but are unsure of themselves where the weights
+///   sit in a few seconds of it (one resonance passage);
+/// * the weights run through an autoregressive model of the residuals, which is sure of itself there, but
+///   takes the noise as stationary.
 ///
 /// Missing values (NaN) count as zero. `window` is the Bartlett window's width in samples, at least 1.
 pub(crate) fn variance_of_weighted_sum(

@@ -1,5 +1,5 @@
-//! Truth for the tests: a beam on a base, simulated with laws of the catalogue at twenty times the recordings' rate,
-//! seen by sensors with noise of a given colour.
+//! Truth for the tests: a beam on a base, simulated with laws of the catalogue at twenty times the
+//! recordings' rate, seen by sensors with noise of a given colour.
 #![allow(dead_code, reason = "every test file uses its own part")]
 
 use std::f64::consts::TAU;
@@ -58,7 +58,8 @@ pub enum Bench {
     ForcedBase,
     /// The same on air bearings: neither the machine nor its model has friction in proportion to velocity.
     FloatingBase,
-    /// As [`Bench::MovedBase`], but the beam was measured and weighed: its model is right about all but damping, and says so.
+    /// As [`Bench::MovedBase`], but the beam was measured and weighed: its model is right about all but
+    /// damping, and says so.
     MeasuredBeam,
 }
 
@@ -137,7 +138,8 @@ impl Bench {
         model
     }
 
-    /// The machine as some drawings say: stiffness, density, masses and friction up to 5 %, sections up to 2 %, damping up to 20 % off.
+    /// The machine as some drawings say: stiffness, density, masses and friction up to 5 %, sections up to 2
+    /// %, damping up to 20 % off.
     pub fn wrong_model_of(self, seed: u64) -> Model {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(1000 + seed);
         let mut model = self.model();
@@ -232,7 +234,8 @@ fn misdraw(model: &mut Model, path: &str, factor: f64) {
     }
 }
 
-/// A recording with noise of these standard deviations on its outputs, `rho` the correlation of neighbouring samples.
+/// A recording with noise of these standard deviations on its outputs, `rho` the correlation of neighbouring
+/// samples.
 pub fn noisy(clean: &Recording, noise_rms: &[f64], rho: f64, seed: u64) -> Recording {
     let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
     let mut recording = clean.clone();

@@ -4,9 +4,9 @@
 //! cargo run --profile host -p stillbeam-identify --example identification_results > docs/results/identification.md
 //! ```
 //!
-//! With `STILLBEAM_SEEDS` fewer noise realisations than 300 are made, for a quick look. With `STILLBEAM_ONLY=speed` or
-//! `STILLBEAM_ONLY=free-base` only that section is made: times change from run to run, and are worth something only while the machine
-//! has nothing else to do.
+//! With `STILLBEAM_SEEDS` fewer noise realisations than 300 are made, for a quick look. With
+//! `STILLBEAM_ONLY=speed` or `STILLBEAM_ONLY=free-base` only that section is made: times change from run to
+//! run, and are worth something only while the machine has nothing else to do.
 
 #[path = "../../tests/synthetic/mod.rs"]
 mod synthetic;

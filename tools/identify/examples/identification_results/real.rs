@@ -133,7 +133,8 @@ fn peak_s(record: &Recording, column: &str) -> Result<f64, IdentifyError> {
     Ok(peak.map_or(0.0, |k| record.time_s[k]))
 }
 
-/// Strongest frequency between 80 and 140 Hz in 0.3 s of samples from `from_s` on, Hann window, in steps of 0.05 Hz.
+/// Strongest frequency between 80 and 140 Hz in 0.3 s of samples from `from_s` on, Hann window, in steps of
+/// 0.05 Hz.
 fn spectral_peak_hz(record: &Recording, samples: &[f64], from_s: f64) -> f64 {
     const LENGTH_S: f64 = 0.3;
     let part: Vec<(f64, f64)> = (record.time_s.iter().zip(samples))

@@ -1,10 +1,10 @@
 //! Frequency responses: averaged (H1, H2, Hv) and local (polynomial, rational).
 //!
-//! An averaged response resolves one over the length of a segment and leaks: where a mode rings for longer than
-//! a segment it is too low and too wide, whatever the noise. A local one uses the spectrum of the whole record and
-//! removes the leakage, as a smooth function of frequency within a window of a few lines; the polynomial
-//! method follows a resonance as far as a polynomial can, the rational one exactly. Both estimate the noise as they
-//! go, so their responses come with a variance even from one record.
+//! An averaged response resolves one over the length of a segment and leaks: where a mode rings for longer
+//! than a segment it is too low and too wide, whatever the noise. A local one uses the spectrum of the whole
+//! record and removes the leakage, as a smooth function of frequency within a window of a few lines; the
+//! polynomial method follows a resonance as far as a polynomial can, the rational one exactly. Both estimate
+//! the noise as they go, so their responses come with a variance even from one record.
 
 mod averaged;
 mod least_squares;

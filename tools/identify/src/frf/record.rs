@@ -24,8 +24,8 @@ pub struct UniformRecord {
 }
 
 impl UniformRecord {
-    /// The two columns of a recording on a grid at the output's rate, where both are recorded. Samples that are
-    /// missing or off the grid are interpolated: enough for spectra, not for the fit of the record.
+    /// The two columns of a recording on a grid at the output's rate, where both are recorded. Samples that
+    /// are missing or off the grid are interpolated: enough for spectra, not for the fit of the record.
     ///
     /// # Errors
     /// [`IdentifyError`] when a column is missing or has too few samples.
@@ -60,8 +60,8 @@ impl UniformRecord {
         Ok(Self { input: on_grid(&u.time_s, &u.values), output: on_grid(&y.time_s, &y.values), interval_s })
     }
 
-    /// Lowest and highest frequency, Hz, at which the input's density is within 40 dB (a power ratio of 10⁻⁴) of
-    /// its largest.
+    /// Lowest and highest frequency, Hz, at which the input's density is within 40 dB (a power ratio of 10⁻⁴)
+    /// of its largest.
     pub fn excited_band_hz(&self) -> [f64; 2] {
         let segment = (self.input.len() / 4).max(8);
         let spectra =
@@ -72,8 +72,8 @@ impl UniformRecord {
         excited.fold([f64::INFINITY, 0.0], |band, f| [band[0].min(f), band[1].max(f)])
     }
 
-    /// Spectra of the whole record without a window, from zero to the Nyquist frequency, and the lines' distance
-    /// in Hz.
+    /// Spectra of the whole record without a window, from zero to the Nyquist frequency, and the lines'
+    /// distance in Hz.
     pub(crate) fn spectra(&self) -> (Vec<Complex64>, Vec<Complex64>, f64) {
         let length = self.input.len().min(self.output.len());
         let fft = FftPlanner::new().plan_fft_forward(length);

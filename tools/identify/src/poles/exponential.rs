@@ -1,7 +1,8 @@
 //! The least-squares complex exponential method (Brown, Allemang, Zimmerman and Mergeay 1979).
 //!
 //! A sum of n decaying oscillations, sampled evenly, obeys a linear recursion of order 2 n whose coefficients
-//! are the polynomial with the poles z as roots. The coefficients are found by least squares over the sequence.
+//! are the polynomial with the poles z as roots. The coefficients are found by least squares over the
+//! sequence.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,11 +12,11 @@ use super::polynomial::roots;
 /// Equations used at most: beyond, the sequence is taken to hold nothing but noise.
 const MAX_EQUATIONS: usize = 4000;
 
-/// Poles of a sequence that is a sum of decaying oscillations: an impulse response or a free decay without its
-/// constant part. `order` is the recursion's, two per mode.
+/// Poles of a sequence that is a sum of decaying oscillations: an impulse response or a free decay without
+/// its constant part. `order` is the recursion's, two per mode.
 ///
-/// Noise enters both sides of the equations and so damps the poles; orders far above twice the number of modes
-/// take the noise up, at the price of poles that mean nothing: see [`super::StabilisationChart`].
+/// Noise enters both sides of the equations and so damps the poles; orders far above twice the number of
+/// modes take the noise up, at the price of poles that mean nothing: see [`super::StabilisationChart`].
 pub fn complex_exponential(sequence: &[f64], interval_s: f64, order: usize) -> Vec<ContinuousPole> {
     let equations = sequence.len().saturating_sub(order).min(MAX_EQUATIONS);
     if order == 0 || equations < order {

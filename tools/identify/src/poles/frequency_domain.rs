@@ -1,10 +1,10 @@
 //! The least-squares complex frequency method (Guillaume, Verboven, Vanlanduit, Van der Auweraer and
 //! Peeters 2003).
 //!
-//! H(f) = N(z) / D(z) with z = exp(−i 2π f Δt), Δt = 1 / (2 f_max), N and D polynomials with real coefficients.
-//! Multiplied by D the equations are linear, N is eliminated, and D is found with its highest coefficient held
-//! at 1: that pushes the roots which mean nothing out of the stable region. The roots are the poles.
-//! With several responses (outputs, or records of the same structure) the denominator is common.
+//! H(f) = N(z) / D(z) with z = exp(−i 2π f Δt), Δt = 1 / (2 f_max), N and D polynomials with real
+//! coefficients. Multiplied by D the equations are linear, N is eliminated, and D is found with its highest
+//! coefficient held at 1: that pushes the roots which mean nothing out of the stable region. The roots are
+//! the poles. With several responses (outputs, or records of the same structure) the denominator is common.
 
 use nalgebra::{DMatrix, DVector};
 use rustfft::num_complex::Complex64;
@@ -85,8 +85,8 @@ impl Moments {
 /// Poles of one order from responses of one structure. Lines are weighted by one over their standard error
 /// where the responses have variances, evenly otherwise.
 ///
-/// Leakage of short records is not noise and is not averaged away: with damping below 1 % and sweeps shorter than
-/// the decay the damping can be off by half, at any signal-to-noise ratio.
+/// Leakage of short records is not noise and is not averaged away: with damping below 1 % and sweeps shorter
+/// than the decay the damping can be off by half, at any signal-to-noise ratio.
 pub fn complex_frequency(responses: &[FrfEstimate], order: usize) -> Vec<ContinuousPole> {
     Moments::new(responses, order).map(|moments| moments.poles(order)).unwrap_or_default()
 }

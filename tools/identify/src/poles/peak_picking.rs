@@ -9,9 +9,9 @@ const PROMINENCE: f64 = 2.0;
 
 /// Modes at the largest peaks of a response, at most `limit`, by frequency.
 ///
-/// Damping is the half-power bandwidth over twice the frequency; its standard error is that of two points read off
-/// a grid. A band of fewer than four lines is wider by the window than by the mode, and then the mode has no
-/// damping to report: such peaks are left out.
+/// Damping is the half-power bandwidth over twice the frequency; its standard error is that of two points
+/// read off a grid. A band of fewer than four lines is wider by the window than by the mode, and then the
+/// mode has no damping to report: such peaks are left out.
 pub fn peak_picking(frf: &FrfEstimate, limit: usize) -> Vec<MethodMode> {
     let size: Vec<f64> = frf.response.iter().map(|value| value.norm()).collect();
     let line_hz = frf.resolution_hz();

@@ -6,7 +6,8 @@ use rustfft::num_complex::Complex64;
 /// Iterations of the QR algorithm after which a matrix counts as hopeless.
 const MAX_ITERATIONS: usize = 10_000;
 
-/// Roots of x^n + c_{n-1} x^{n-1} + ... + c_0, coefficients from c_0 upwards. Empty when they cannot be found.
+/// Roots of x^n + c_{n-1} x^{n-1} + ... + c_0, coefficients from c_0 upwards. Empty when they cannot be
+/// found.
 pub(super) fn roots(coefficients: &[f64]) -> Vec<Complex64> {
     let n = coefficients.len();
     let companion = DMatrix::from_fn(n, n, |row, column| match (row, column) {

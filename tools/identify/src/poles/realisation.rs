@@ -1,8 +1,8 @@
 //! The eigensystem realisation algorithm (Juang and Pappa 1985), for free decays.
 //!
 //! The rows of a Hankel matrix of the decay span the observability matrix of the system that made it; its
-//! shift by one row is the state transition, whose eigenvalues are the poles. The left singular vectors are taken
-//! from the matrix times its transpose, so that the whole record counts, however long; white noise adds
+//! shift by one row is the state transition, whose eigenvalues are the poles. The left singular vectors are
+//! taken from the matrix times its transpose, so that the whole record counts, however long; white noise adds
 //! the same to every one of its eigenvalues and does not turn them.
 
 use nalgebra::{DMatrix, SymmetricEigen};
@@ -70,8 +70,8 @@ impl Realisation {
 /// Poles of a free decay, without its constant part, by eigensystem realisation of the given order, two per
 /// mode.
 ///
-/// The decay should be sampled no faster than ten times its highest frequency or so: the matrix has at most 160
-/// rows, and modes that barely turn within them cannot be told from a trend.
+/// The decay should be sampled no faster than ten times its highest frequency or so: the matrix has at most
+/// 160 rows, and modes that barely turn within them cannot be told from a trend.
 pub fn eigensystem_realisation(decay: &[f64], interval_s: f64, order: usize) -> Vec<ContinuousPole> {
     Realisation::new(decay, interval_s).map(|realised| realised.poles(order)).unwrap_or_default()
 }

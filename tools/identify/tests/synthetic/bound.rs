@@ -1,8 +1,10 @@
-//! How sharp any unbiased estimate can be: the Cramér-Rao bound of a force sweep on a free base with friction.
+//! How sharp any unbiased estimate can be: the Cramér-Rao bound of a force sweep on a free base with
+//! friction.
 //!
-//! In white noise of variance s² it is s² (J'J)⁻¹, J the slopes of the noise-free record by all that is not known: both modes and
-//! the real pole, the shares of each, an initial state and the offset. The slopes are differences of responses that are integrated
-//! here, with the true parameters; nothing of the code under test takes part.
+//! In white noise of variance s² it is s² (J'J)⁻¹, J the slopes of the noise-free record by all that is not
+//! known: both modes and the real pole, the shares of each, an initial state and the offset. The slopes are
+//! differences of responses that are integrated here, with the true parameters; nothing of the code under
+//! test takes part.
 
 use std::f64::consts::TAU;
 
@@ -11,8 +13,8 @@ use nalgebra::{DMatrix, DVector};
 use super::free_base::{ForceSweep, FreeBase};
 use super::{Mode, modal_response};
 
-/// Standard errors of f1, zeta1, f2, zeta2 and the time constant, as shares of them, at a noise so many decibels below the
-/// deflection's rms.
+/// Standard errors of f1, zeta1, f2, zeta2 and the time constant, as shares of them, at a noise so many
+/// decibels below the deflection's rms.
 pub fn force_sweep(base: &FreeBase, record: &ForceSweep, noise_db: f64) -> [f64; 5] {
     let truth = base.truth();
     let poles = |index: usize, change: f64| -> [f64; 5] {
@@ -50,8 +52,8 @@ pub fn force_sweep(base: &FreeBase, record: &ForceSweep, noise_db: f64) -> [f64;
     std::array::from_fn(|index| noise_m * inverse[(index, index)].sqrt() / sizes[index])
 }
 
-/// What enters linearly: of each mode its response to the force, the rate of that and two free decays; of the real pole its
-/// response and its free decay; the offset.
+/// What enters linearly: of each mode its response to the force, the rate of that and two free decays; of the
+/// real pole its response and its free decay; the offset.
 fn columns(record: &ForceSweep, [f1, zeta1, f2, zeta2, rate_per_s]: [f64; 5]) -> Vec<Vec<f64>> {
     let times_s = &record.time_s;
     let mut columns = Vec::new();

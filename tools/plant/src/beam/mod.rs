@@ -24,8 +24,8 @@ use crate::model::BeamParameters;
 
 /// Basis functions for a model that keeps `modes` modes.
 ///
-/// The functions know nothing of the taper, so convergence is algebraic. With this many, the kept frequencies of
-/// beams that taper up to two to one are within 1e-4 of finite elements, and the first two within 5e-6
+/// The functions know nothing of the taper, so convergence is algebraic. With this many, the kept frequencies
+/// of beams that taper up to two to one are within 1e-4 of finite elements, and the first two within 5e-6
 /// (tests/frequencies.rs).
 pub fn basis_functions(modes: usize) -> usize {
     24 + 4 * modes
@@ -34,7 +34,8 @@ pub fn basis_functions(modes: usize) -> usize {
 /// The Galerkin matrices of the beam alone, in the basis of [`BasisFunction`]s.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Galerkin {
-    /// `m_ij` in kg, eq. 19: symmetric, positive definite, n by n (one more than asked for if the clamp turns).
+    /// `m_ij` in kg, eq. 19: symmetric, positive definite, n by n (one more than asked for if the clamp
+    /// turns).
     pub mass_kg: DMatrix<f64>,
     /// `k_ij` in N/m, eq. 20 in its weak form: symmetric, positive definite, n by n.
     pub stiffness_n_m: DMatrix<f64>,
@@ -50,8 +51,8 @@ pub struct Galerkin {
 enum Shape {
     /// Clamped at the base.
     Bends(BasisFunction),
-    /// `x / l`: the straight beam turned about a clamp that gives way. The bending moment there comes from the others,
-    /// the slope from this one.
+    /// `x / l`: the straight beam turned about a clamp that gives way. The bending moment there comes from
+    /// the others, the slope from this one.
     Turns { length_m: f64 },
 }
 
@@ -91,9 +92,9 @@ fn section_corners_m(beam: &BeamParameters) -> Vec<f64> {
 
 /// Integrates eqs. 17 to 20 with `basis_functions` functions (at least 1).
 ///
-/// The section is rectangular, `A = width · thickness`, `I = width · thickness³ / 12`, or given by tables. A tip mass
-/// adds `m φ_i(l) φ_j(l)` and `m φ_i(l)`; a clamp that turns adds one function, `x / l`, and its spring. The integrals are exact
-/// to rounding; the only approximation is the number of functions.
+/// The section is rectangular, `A = width · thickness`, `I = width · thickness³ / 12`, or given by tables. A
+/// tip mass adds `m φ_i(l) φ_j(l)` and `m φ_i(l)`; a clamp that turns adds one function, `x / l`, and its
+/// spring. The integrals are exact to rounding; the only approximation is the number of functions.
 ///
 /// # Errors
 /// [`PlantError::Degenerate`] when the parameters do not give finite matrices.

@@ -1,5 +1,5 @@
-//! The basis functions at the nodes of the integrals: they depend on the beam's length and corners alone, and fits build
-//! the same beam hundreds of times with another stiffness or thickness.
+//! The basis functions at the nodes of the integrals: they depend on the beam's length and corners alone, and
+//! fits build the same beam hundreds of times with another stiffness or thickness.
 
 use std::cell::RefCell;
 use std::rc::Rc;

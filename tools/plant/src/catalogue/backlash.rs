@@ -61,8 +61,8 @@ impl SignalLaw for Play {
     }
 }
 
-/// Where a body rattles between two flanks, an error made when one is met grows with every rebound. A quarter of the sub-step makes a
-/// sixteenth of it.
+/// Where a body rattles between two flanks, an error made when one is met grows with every rebound. A quarter
+/// of the sub-step makes a sixteenth of it.
 const SHORTER_STEPS: f64 = 4.0;
 
 /// A spring that has a gap: the model's own spring is taken back inside the gap, and its offset beyond it.

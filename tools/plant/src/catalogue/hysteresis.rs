@@ -50,8 +50,8 @@ struct Hysteretic {
 }
 
 impl Hysteretic {
-    /// Restoring force after a way `dz` (not 0) in one direction, and its mean along it. In closed form: between its zeros
-    /// the law is linear in the force.
+    /// Restoring force after a way `dz` (not 0) in one direction, and its mean along it. In closed form:
+    /// between its zeros the law is linear in the force.
     fn along(&self, dz: f64) -> (f64, f64) {
         let direction = dz.signum();
         // In the direction of the motion both force and way count positive.
@@ -59,7 +59,8 @@ impl Hysteretic {
         if force < 0.0 {
             // Unloading: dF/ds = k + (gamma − beta) ... F with F below zero.
             let rate = self.gamma - self.beta;
-            // No less than straight on as steeply as here: most steps need no logarithm to see that they end before.
+            // No less than straight on as steeply as here: most steps need no logarithm to see that they end
+            // before.
             let far = rate <= 0.0 && left < -force / (self.stiffness + rate * force);
             let to_zero = if far { f64::INFINITY } else { way_to_zero(self.stiffness, rate, force) };
             let way = left.min(to_zero);

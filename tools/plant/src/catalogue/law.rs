@@ -27,15 +27,15 @@ pub enum Place {
 pub struct ParameterSpec {
     /// Its name in a model file.
     pub name: &'static str,
-    /// Its unit, with `{F}` for the force at the law's place, `{z}` for the displacement there, `{u}` for the model's
-    /// input and `{y}` for the output; empty for a pure number.
+    /// Its unit, with `{F}` for the force at the law's place, `{z}` for the displacement there, `{u}` for the
+    /// model's input and `{y}` for the output; empty for a pure number.
     pub unit: &'static str,
     /// Least value.
     pub lower: f64,
     /// Greatest value; may be infinite.
     pub upper: f64,
-    /// Whether the greatest value is where the law is complete (a sensor that has lost the sign wholly), and no mere limit of what is
-    /// plausible: a fit that ends there has found a machine.
+    /// Whether the greatest value is where the law is complete (a sensor that has lost the sign wholly), and
+    /// no mere limit of what is plausible: a fit that ends there has found a machine.
     pub is_complete_at_upper: bool,
     /// Value when a model file gives none.
     pub default: f64,
@@ -124,8 +124,8 @@ pub enum Structure {
     ClampCompliance(f64),
 }
 
-/// What happens to an output on its way into a recording. The stages act in this order, whatever the file's order is:
-/// optics, exposure, timing, electronics.
+/// What happens to an output on its way into a recording. The stages act in this order, whatever the file's
+/// order is: optics, exposure, timing, electronics.
 pub enum SensorAction {
     /// `(reading, base position or input) → reading`, at every instant.
     Optics(Box<dyn Fn(f64, f64) -> f64>),
@@ -161,8 +161,8 @@ pub trait Law: Sync {
         false
     }
 
-    /// Whether all it does, or nearly, is that something comes late: a command that is held from one sample to the next comes late by half of
-    /// the time between them.
+    /// Whether all it does, or nearly, is that something comes late: a command that is held from one sample
+    /// to the next comes late by half of the time between them.
     fn is_late(&self) -> bool {
         false
     }
@@ -193,8 +193,8 @@ pub trait Law: Sync {
     }
 }
 
-/// One step as a law at one place sees it. At its end displacement and velocity depend on the mean force `f` as
-/// `z = z_free + z_gain f` and `v = v_free + v_gain f`, exactly.
+/// One step as a law at one place sees it. At its end displacement and velocity depend on the mean force `f`
+/// as `z = z_free + z_gain f` and `v = v_free + v_gain f`, exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Step {
     /// Time at the step's start, seconds.
@@ -217,7 +217,8 @@ pub struct Step {
     pub effort: f64,
     /// How that changes per force here: a servo answers.
     pub effort_gain: f64,
-    /// A force that is likely near: that of the step before, or of the round before where several laws are solved for together.
+    /// A force that is likely near: that of the step before, or of the round before where several laws are
+    /// solved for together.
     pub near: f64,
 }
 
@@ -240,8 +241,9 @@ impl Step {
         (self.z_end(force) - self.z) / self.step_s
     }
 
-    /// Solves `f = law(f)`: the force and the motion that it makes agree. The gain is of order `h²`, so that a few
-    /// steps of the secant method settle it from the force that is near; a law so stiff that they do not is bisected.
+    /// Solves `f = law(f)`: the force and the motion that it makes agree. The gain is of order `h²`, so that
+    /// a few steps of the secant method settle it from the force that is near; a law so stiff that they do
+    /// not is bisected.
     pub fn settle(&self, law: impl Fn(f64) -> f64) -> f64 {
         let excess = |force: f64| force - law(force);
         let (mut a, mut at_a) = (self.near, excess(self.near));
@@ -332,10 +334,12 @@ pub trait ForceLaw {
         None
     }
 
-    /// Mean force over the step, consistent with the motion that it makes. May be asked several times for the same step.
+    /// Mean force over the step, consistent with the motion that it makes. May be asked several times for the
+    /// same step.
     fn force(&self, step: &Step) -> f64;
 
-    /// By how much the plant's sub-steps have to be shorter than for a law whose errors stay as small as they are in each.
+    /// By how much the plant's sub-steps have to be shorter than for a law whose errors stay as small as they
+    /// are in each.
     fn shorter_steps(&self) -> f64 {
         1.0
     }

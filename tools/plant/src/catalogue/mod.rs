@@ -18,11 +18,11 @@
 //! | linear law | a further mode, a tip mass, a soft clamp: another linear model | [`Structure`] |
 //!
 //! # Forces over a step
-//! Between two samples the linear part is exact for a force that is constant over a sub-step, and every law chooses that mean
-//! force so that it agrees with the motion it makes ([`Step`]): conservative laws by the difference of their potential
-//! energies over the way, which keeps the energy balance exact and makes them stable at any step; laws of the velocity
-//! at its mean; hysteresis by its integral along the way; dry friction set-valued, with true sticking. All
-//! are of second order in the sub-step.
+//! Between two samples the linear part is exact for a force that is constant over a sub-step, and every law
+//! chooses that mean force so that it agrees with the motion it makes ([`Step`]): conservative laws by the
+//! difference of their potential energies over the way, which keeps the energy balance exact and makes them
+//! stable at any step; laws of the velocity at its mean; hysteresis by its integral along the way; dry
+//! friction set-valued, with true sticking. All are of second order in the sub-step.
 //!
 //! Adding a law is adding a file with a [`Law`] and its line in [`laws`].
 

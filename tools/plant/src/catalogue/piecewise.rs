@@ -2,11 +2,11 @@
 
 use super::law::{ForceLaw, Instant, Step};
 
-/// A spring that only acts beyond `from`, on one side or both: force `-k (z − from)` for `z > from`, and the mirror image
-/// if two-sided.
+/// A spring that only acts beyond `from`, on one side or both: force `-k (z − from)` for `z > from`, and the
+/// mirror image if two-sided.
 ///
-/// The mean force of a step is the difference of the potential energies over the way, so a contact that begins or ends
-/// inside a step costs no energy and is placed where it happens.
+/// The mean force of a step is the difference of the potential energies over the way, so a contact that
+/// begins or ends inside a step costs no energy and is placed where it happens.
 pub(super) struct Beyond {
     pub(super) stiffness: f64,
     pub(super) from: f64,

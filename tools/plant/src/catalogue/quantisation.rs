@@ -43,8 +43,8 @@ impl Law for Quantisation {
 /// Below this share of a step noise does not change what is read.
 const NO_DITHER: f64 = 0.02;
 
-/// A reading in steps, rounded; with noise of `dither` steps before the rounding its mean, the Fourier series of the
-/// rounding's error weakened term by term: `x + Σ (−1)^k sin(2πkx) e^{−2(πkσ)²}/(πk)`.
+/// A reading in steps, rounded; with noise of `dither` steps before the rounding its mean, the Fourier series
+/// of the rounding's error weakened term by term: `x + Σ (−1)^k sin(2πkx) e^{−2(πkσ)²}/(πk)`.
 fn rounded(x: f64, dither: f64) -> f64 {
     if dither < NO_DITHER {
         return x.round();

@@ -1,4 +1,5 @@
-//! Sines of small angles by their series, to a few roundings: steps along a wave are short, and laws ask for them again and again.
+//! Sines of small angles by their series, to a few roundings: steps along a wave are short, and laws ask for
+//! them again and again.
 
 /// Angles up to this have series of few terms; beyond, the sine itself is asked.
 const SMALL: f64 = 0.25;

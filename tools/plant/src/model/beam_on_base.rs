@@ -69,7 +69,8 @@ pub struct SectionTables {
 pub enum BeamDamping {
     /// Damping ratio of each kept mode *with the base held*, 0 to below 1.
     Ratios(Vec<f64>),
-    /// `[alpha1 (1/s), alpha2 (s)]`, both at least 0: eq. 22 gives the ratio of every mode with the base held.
+    /// `[alpha1 (1/s), alpha2 (s)]`, both at least 0: eq. 22 gives the ratio of every mode with the base
+    /// held.
     ///
     /// Eq. 21 taken to the letter also damps the motion of the base against the ground (`alpha1 J`) and
     /// lets the base's speed push on the beam; here it acts on the beam's motion relative to its base only,

@@ -26,8 +26,8 @@ pub struct Body {
 pub struct Connection {
     /// What it joins: two bodies, or a body and [`GROUND`].
     pub between: [String; 2],
-    /// Stiffness in force per displacement, or damping in force per velocity. A negative stiffness is a magnetic or
-    /// gravitational one and is accepted; a negative damping is not.
+    /// Stiffness in force per displacement, or damping in force per velocity. A negative stiffness is a
+    /// magnetic or gravitational one and is accepted; a negative damping is not.
     pub constant: f64,
 }
 

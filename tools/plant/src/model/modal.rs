@@ -30,17 +30,19 @@ pub struct ModalOutput {
     pub quantity: Quantity,
 }
 
-/// A velocity that is forgotten, beside the modes: what a force does to a base that slides against viscous friction.
+/// A velocity that is forgotten, beside the modes: what a force does to a base that slides against viscous
+/// friction.
 ///
-/// `p' + p / time constant = s(t)`; a position output has the participation times `p`, a velocity output times `p'`.
+/// `p' + p / time constant = s(t)`; a position output has the participation times `p`, a velocity output
+/// times `p'`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RealPole {
     /// Time by which it falls by e, s, above 0.
     pub time_constant_s: f64,
     /// One per output.
     pub participation: Vec<f64>,
-    /// What the outputs have of the *rates* of the modes' coordinates, for every mode one per output: the friction that makes
-    /// the real pole also keeps the modes from moving in phase.
+    /// What the outputs have of the *rates* of the modes' coordinates, for every mode one per output: the
+    /// friction that makes the real pole also keeps the modes from moving in phase.
     pub rate_participation: Vec<Vec<f64>>,
 }
 

@@ -1,4 +1,5 @@
-//! What stands around the linear plant: a known controller, an initial state, sensors, physics that was left out.
+//! What stands around the linear plant: a known controller, an initial state, sensors, physics that was left
+//! out.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU8;
@@ -13,8 +14,8 @@ pub struct Setup {
     pub controller: Option<Controller>,
     /// `[drive]` keys that make the drive more than a linear servo.
     pub drive_limits: DriveLimits,
-    /// `[initial]`: displacement and velocity at the first sample, by coordinate (`base`, `mode 1`, a body). What is
-    /// not named starts at rest.
+    /// `[initial]`: displacement and velocity at the first sample, by coordinate (`base`, `mode 1`, a body).
+    /// What is not named starts at rest.
     pub initial: BTreeMap<String, InitialState>,
     /// `[[sensor]]`: what lies between the plant and a recorded column.
     pub sensors: Vec<Sensor>,
@@ -38,7 +39,8 @@ pub struct DriveLimits {
     pub dead_time_s: f64,
     /// `limit`: the drive's input is clipped to `±limit`, in the input's unit; above 0.
     pub limit: Option<f64>,
-    /// `acceleration_limit_m_s2`: the most that the servo's motor accelerates the base; above 0. Needs a servo.
+    /// `acceleration_limit_m_s2`: the most that the servo's motor accelerates the base; above 0. Needs a
+    /// servo.
     pub acceleration_limit_m_s2: Option<f64>,
 }
 
@@ -57,8 +59,8 @@ pub struct Controller {
     pub reference_column: String,
     /// Clip in the input's unit, above 0; `None` does not clip.
     pub limit: Option<f64>,
-    /// Renewals over which dy/dt is a difference of positions, as a controller with an encoder has it: late by half of them.
-    /// `None`: the derivative itself.
+    /// Renewals over which dy/dt is a difference of positions, as a controller with an encoder has it: late
+    /// by half of them. `None`: the derivative itself.
     pub velocity_samples: Option<NonZeroU8>,
 }
 
@@ -72,7 +74,8 @@ pub enum SensorKind {
     Encoder,
 }
 
-/// Between the plant and a recorded column, in the order in which it acts: exposure, delay, noise, rounding, rate.
+/// Between the plant and a recorded column, in the order in which it acts: exposure, delay, noise, rounding,
+/// rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensor {
     /// The output it measures.
@@ -91,8 +94,8 @@ pub struct Sensor {
     pub quantum: f64,
     /// Seed of the noise.
     pub seed: u64,
-    /// Whether its readings are known to have no offset. That of others is what a recording makes of it, and says nothing of forces
-    /// that are always there.
+    /// Whether its readings are known to have no offset. That of others is what a recording makes of it, and
+    /// says nothing of forces that are always there.
     pub zero_known: bool,
 }
 

@@ -1,4 +1,5 @@
-//! The optional parts that all kinds of model file share: `[controller]`, `[initial]`, `[[sensor]]`, `[[physics]]`.
+//! The optional parts that all kinds of model file share: `[controller]`, `[initial]`, `[[sensor]]`,
+//! `[[physics]]`.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU8;

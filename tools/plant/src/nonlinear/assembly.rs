@@ -11,7 +11,8 @@ use crate::modes::moved_mass_kg;
 use crate::stamps::Stamps;
 use crate::state_space::{BaseMotion, Row, StateSpace};
 
-/// What a run gives: the plant at the times that were looked at, and the places of the time stamps among them.
+/// What a run gives: the plant at the times that were looked at, and the places of the time stamps among
+/// them.
 pub(crate) struct Run {
     pub(crate) time_s: Vec<f64>,
     /// The input as recorded or as the controller gave it.
@@ -334,8 +335,8 @@ pub(crate) fn elements(
     Ok(elements)
 }
 
-/// Where a law of the environment acts: where it says, or else a drift on everything springy and a disturbance on the first
-/// point there is.
+/// Where a law of the environment acts: where it says, or else a drift on everything springy and a
+/// disturbance on the first point there is.
 fn environment_points(physics: &Physics, space: &StateSpace) -> Result<Vec<(usize, f64)>, PlantError> {
     if let Some(on) = &physics.on {
         return Ok(vec![space.find_point(on).ok_or_else(|| place_error(physics, space, on))?]);

@@ -79,7 +79,8 @@ impl<'a> Loop<'a> {
         self.renewals += 1;
     }
 
-    /// The velocity as the controller has it, `position` being read now. Before the recording it is taken to have moved on steadily.
+    /// The velocity as the controller has it, `position` being read now. Before the recording it is taken to
+    /// have moved on steadily.
     fn measured_velocity(&mut self, position: f64, state: &[f64]) -> f64 {
         let velocity = dot(&self.velocity, state);
         let Some(samples) = self.controller.velocity_samples else { return velocity };

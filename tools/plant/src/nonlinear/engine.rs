@@ -61,7 +61,8 @@ impl Element {
                     Effort::Input(gain) => gain * motion.input[k],
                     Effort::Servo(mass) => mass * (velocity[after] - velocity[before]) / between_s,
                 };
-                // From half-way to the neighbour before to half-way to the one after: the mean force belongs to the sample.
+                // From half-way to the neighbour before to half-way to the one after: the mean force belongs
+                // to the sample.
                 let half = |samples: &[f64], neighbour: usize| 0.5 * (samples[k] + samples[neighbour]);
                 let seen = Step {
                     time_s: half(&motion.time_s, before),
@@ -150,7 +151,8 @@ impl Engine {
         let (effort, effort_gain) = match &self.elements[index].effort {
             Effort::None => (0.0, 0.0),
             Effort::Input(gain) => (gain * 0.5 * (from + to), 0.0),
-            // All that accelerates the base is the servo and the force here, so the change of its velocity tells.
+            // All that accelerates the base is the servo and the force here, so the change of its velocity
+            // tells.
             Effort::Servo(mass) => {
                 let per_velocity = mass / step_s;
                 let change = read(&port.v, &self.next, to) - read(&port.v, &self.state, from);
@@ -172,8 +174,9 @@ impl Engine {
         }
     }
 
-    /// Appends the outputs at the state now, for an input and its slope. What feels forces at once (an acceleration)
-    /// reads the mean forces of the sub-step before, until [`Engine::felt`] knows those of the one after.
+    /// Appends the outputs at the state now, for an input and its slope. What feels forces at once (an
+    /// acceleration) reads the mean forces of the sub-step before, until [`Engine::felt`] knows those of the
+    /// one after.
     pub(super) fn read(&self, u: f64, slope: f64, into: &mut [Vec<f64>]) {
         for (output, samples) in self.space.outputs().iter().zip(into) {
             let through = self.elements.iter().zip(&self.forces);
@@ -216,8 +219,8 @@ impl Before {
     }
 }
 
-/// Finds the forces of several laws, each in turn, given the others, until none moves; `alone` is what each sees without
-/// any. The forces of the sub-step before are where it begins.
+/// Finds the forces of several laws, each in turn, given the others, until none moves; `alone` is what each
+/// sees without any. The forces of the sub-step before are where it begins.
 pub(super) fn settled(elements: &mut [Element], forces: &mut [f64], alone: &[Step], gains: &Gains) {
     let given = |index: usize, forces: &[f64]| {
         let mut seen = Step { near: forces[index], ..alone[index] };

@@ -1,8 +1,8 @@
 //! The same sub-steps in little code and no memory traffic: for fits, which run one plant thousands of times.
 //!
-//! A chain that has neither a servo apart nor a controller is one linear map of state, input and slope per sub-step, and the
-//! forces of its laws. With the order known to the compiler the map is a handful of vector instructions. [`Machine::run`] is
-//! the reference that this is tested against.
+//! A chain that has neither a servo apart nor a controller is one linear map of state, input and slope per
+//! sub-step, and the forces of its laws. With the order known to the compiler the map is a handful of vector
+//! instructions. [`Machine::run`] is the reference that this is tested against.
 
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -275,8 +275,8 @@ impl<const N: usize> Lean<N> {
         self.engine.has_moved = true;
     }
 
-    /// From one sample to the next in steps as long as forces are smooth, after a look at the first, for which
-    /// the input grows at the second of `look`.
+    /// From one sample to the next in steps as long as forces are smooth, after a look at the first, for
+    /// which the input grows at the second of `look`.
     fn glide_on(
         &mut self,
         lengths: (f64, f64),
@@ -405,7 +405,8 @@ impl Machine<'_> {
             && self.plant.elements.iter().all(told)
     }
 
-    /// How much of the input every output shows at once; nothing where something with a memory lies in between.
+    /// How much of the input every output shows at once; nothing where something with a memory lies in
+    /// between.
     pub(crate) fn shares_of_input(&self) -> Vec<f64> {
         if self.is_plain() { self.plant.space.shares_of_input() } else { Vec::new() }
     }

@@ -26,8 +26,8 @@ pub(crate) use sensing::{Dense, Sensing};
 
 use crate::state_space::StateSpace;
 
-/// Radians that the plant's fastest motion turns in the longest sub-step: with a tenth, the mean force of a smooth law is
-/// right to better than 1e-3 of itself in that motion, and to 1e-5 in one ten times slower.
+/// Radians that the plant's fastest motion turns in the longest sub-step: with a tenth, the mean force of a
+/// smooth law is right to better than 1e-3 of itself in that motion, and to 1e-5 in one ten times slower.
 const RADIANS_PER_STEP: f64 = 0.1;
 
 /// The longest sub-step in seconds, for a plant, unless a caller asks for another.

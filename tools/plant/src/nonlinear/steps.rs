@@ -19,7 +19,8 @@ const SAME_WITHIN_S: f64 = 1e-12;
 /// Terms of the exponential's series, enough below [`MOST_RADIANS`].
 const TERMS: usize = 16;
 
-/// The series is used while the fastest motion turns no more than this in a step: its remainder is then 0.5^16/16!.
+/// The series is used while the fastest motion turns no more than this in a step: its remainder is then
+/// 0.5^16/16!.
 const MOST_RADIANS: f64 = 0.5;
 
 /// One place at which a law acts.

@@ -17,11 +17,11 @@ pub(crate) fn drive_for<'a>(column: &str, drive: Option<&'a ServoDrive>) -> Opti
 ///
 /// # Ideal drive: no acceleration needed
 /// Between ticks the base moves at constant speed, so its acceleration is an impulse `Δv δ(t − t_k)` at every
-/// tick. Those impulses are integrated exactly, and nothing is differentiated, by the shift
-/// `p_r = q_r' + y'` (the modal speed against the ground, which no impulse can change):
-/// `q' = p − y'`, `p' = −omega² q − 2 zeta omega p + 2 zeta omega y'`.
-/// The state is `q_1, p_1, q_2, p_2, ...` and `y'` the input's slope. Between ticks it is the closed form of a
-/// free vibration, and a setpoint that stands still adds nothing, not even rounding.
+/// tick. Those impulses are integrated exactly, and nothing is differentiated, by the shift `p_r = q_r' + y'`
+/// (the modal speed against the ground, which no impulse can change): `q' = p − y'`, `p' = −omega² q − 2 zeta
+/// omega p + 2 zeta omega y'`. The state is `q_1, p_1, q_2, p_2, ...` and `y'` the input's slope. Between
+/// ticks it is the closed form of a free vibration, and a setpoint that stands still adds nothing, not even
+/// rounding.
 ///
 /// # Servo
 /// With a servo the base moves smoothly and its acceleration is a combination of states:
@@ -95,7 +95,8 @@ impl BaseMotion {
         row
     }
 
-    /// Adds a multiple of a modal coordinate or of its velocity; its acceleration is refused by the model's check.
+    /// Adds a multiple of a modal coordinate or of its velocity; its acceleration is refused by the model's
+    /// check.
     pub(crate) fn add(&self, row: &mut Row, index: usize, quantity: Quantity, factor: f64) {
         let q = self.displacement(index);
         match quantity {

@@ -72,7 +72,8 @@ impl StateSpace {
 }
 
 impl Discrete {
-    /// Writes into `next` the state a step after `state`, without forces; `u` and `slope` hold at the step's start.
+    /// Writes into `next` the state a step after `state`, without forces; `u` and `slope` hold at the step's
+    /// start.
     pub fn advance(&self, state: &[f64], u: f64, slope: f64, next: &mut Vec<f64>) {
         next.clear();
         self.blocks.times(state, next);
@@ -82,8 +83,8 @@ impl Discrete {
         }
     }
 
-    /// Adds to a state advanced by [`Discrete::advance`] what a force at point `index` does during the step: `value`
-    /// at its start, growing at `slope` per second.
+    /// Adds to a state advanced by [`Discrete::advance`] what a force at point `index` does during the step:
+    /// `value` at its start, growing at `slope` per second.
     pub fn add_force(&self, index: usize, value: f64, slope: f64, next: &mut [f64]) {
         let columns = self.force_value[index].iter().zip(&self.force_slope[index]);
         for (entry, (by_value, by_slope)) in next.iter_mut().zip(columns) {

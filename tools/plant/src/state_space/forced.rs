@@ -24,20 +24,22 @@ pub struct Trace {
     pub outputs: Vec<Vec<f64>>,
     /// Per injection point: its displacement.
     pub displacements: Vec<Vec<f64>>,
-    /// Per injection point: its velocity; where it jumps (a base that moves in straight lines), that after the stamp.
+    /// Per injection point: its velocity; where it jumps (a base that moves in straight lines), that after
+    /// the stamp.
     pub velocities: Vec<Vec<f64>>,
     /// States, one vector per stamp.
     pub states: Vec<Vec<f64>>,
 }
 
 impl StateSpace {
-    /// Runs the linear plant from `initial` (as [`StateSpace::rest_at`] or [`StateSpace::state_from`] gives it) under
-    /// an input and extra forces, all sampled at `time_s` (seconds, strictly increasing).
+    /// Runs the linear plant from `initial` (as [`StateSpace::rest_at`] or [`StateSpace::state_from`] gives
+    /// it) under an input and extra forces, all sampled at `time_s` (seconds, strictly increasing).
     ///
     /// Exact for straight lines between samples ([`Hold`] says whether the input is one).
     ///
     /// # Errors
-    /// [`PlantError::Length`] when input, a force or the initial state has the wrong length; [`PlantError::TooFast`].
+    /// [`PlantError::Length`] when input, a force or the initial state has the wrong length;
+    /// [`PlantError::TooFast`].
     pub fn run(
         &self,
         time_s: &[f64],
@@ -106,7 +108,8 @@ impl StateSpace {
     }
 }
 
-/// Steps by their length to the picosecond: stamps that were rounded when they were written differ by that, plants do not.
+/// Steps by their length to the picosecond: stamps that were rounded when they were written differ by that,
+/// plants do not.
 #[derive(Default)]
 struct Discretes {
     known: HashMap<i64, Rc<Discrete>>,

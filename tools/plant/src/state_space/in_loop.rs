@@ -1,4 +1,5 @@
-//! The linear plant with its controller around it: what forces that it does not know of do to a machine that holds against them.
+//! The linear plant with its controller around it: what forces that it does not know of do to a machine that
+//! holds against them.
 
 use nalgebra::DVector;
 
@@ -7,11 +8,12 @@ use crate::linear::dot;
 use crate::model::Controller;
 
 impl StateSpace {
-    /// The plant in a loop whose reference stands still: `u = −kv (kp y + y')` of the first output `y`, put into every row that reads the
-    /// input. Its own input is zero.
+    /// The plant in a loop whose reference stands still: `u = −kv (kp y + y')` of the first output `y`, put
+    /// into every row that reads the input. Its own input is zero.
     ///
-    /// As if the controller renewed its output all the time, knew the velocity at once and never clipped: true for motions that are slow
-    /// beside its renewals. `None` where the first output feels the force at once, the loop then being algebraic.
+    /// As if the controller renewed its output all the time, knew the velocity at once and never clipped:
+    /// true for motions that are slow beside its renewals. `None` where the first output feels the force at
+    /// once, the loop then being algebraic.
     #[must_use]
     pub fn in_loop(&self, controller: &Controller) -> Option<Self> {
         let measured = &self.outputs.first()?.row;
@@ -71,7 +73,8 @@ mod tests {
         reference_column = "reference_m"
     "#;
 
-    /// A disturbance that the machine's simulation applies as a law, and the loop here as a series, do the same.
+    /// A disturbance that the machine's simulation applies as a law, and the loop here as a series, do the
+    /// same.
     #[test]
     fn a_force_in_the_loop_moves_the_machine_as_it_does_in_its_simulation() {
         let model = Model::from_toml("slide.toml", SLIDE).unwrap();

@@ -6,11 +6,13 @@
 //! ```
 //!
 //! # Both cases that a beam on a moving base has
-//! * **Base free under force** (`force_N`): base and beam are one structure. Its modes are *coupled*, a force on the base
-//!   shakes the beam and the beam's reaction shakes the base. [`InjectionPoint`] `base` is the base against the ground.
-//! * **Base prescribed** (`base_position_m`, or `setpoint_m` through an ideal or stiff servo): the beam vibrates in
-//!   its *clamped* modes and cannot push the base. There is a point `base` only behind a servo, where a force
-//!   `f` disturbs the servo by `f` over the mass of base and beam; an ideally driven base feels no force.
+//! * **Base free under force** (`force_N`): base and beam are one structure. Its modes are *coupled*, a force
+//!   on the base shakes the beam and the beam's reaction shakes the base. [`InjectionPoint`] `base` is the
+//!   base against the ground.
+//! * **Base prescribed** (`base_position_m`, or `setpoint_m` through an ideal or stiff servo): the beam
+//!   vibrates in its *clamped* modes and cannot push the base. There is a point `base` only behind a servo,
+//!   where a force `f` disturbs the servo by `f` over the mass of base and beam; an ideally driven base feels
+//!   no force.
 //!
 //! | point | displacement | force acts |
 //! |---|---|---|
@@ -125,10 +127,11 @@ pub struct InjectionPoint {
     pub displacement_unit: String,
     /// Unit of the force: `N`, `N·m`, `m/s²`, ...
     pub force_unit: String,
-    /// Stiffness that the linear model itself has between the two sides, force per displacement: a spring of a
-    /// lumped model, `omega²` of a mode; 0 where there is none.
+    /// Stiffness that the linear model itself has between the two sides, force per displacement: a spring of
+    /// a lumped model, `omega²` of a mode; 0 where there is none.
     pub stiffness: f64,
-    /// Whether displacement and velocity here, together with those of the other such points, are the whole state.
+    /// Whether displacement and velocity here, together with those of the other such points, are the whole
+    /// state.
     pub is_coordinate: bool,
 }
 
@@ -162,8 +165,8 @@ impl StateSpace {
         if extra_modes.is_empty() { recent::of(model, build) } else { build(&model) }
     }
 
-    /// The state space whose input is zero whatever the model's is: base held, no force. For a beam and for modes its
-    /// state is `q_1, q_1', q_2, q_2', ...`.
+    /// The state space whose input is zero whatever the model's is: base held, no force. For a beam and for
+    /// modes its state is `q_1, q_1', q_2, q_2', ...`.
     ///
     /// # Errors
     /// As [`StateSpace::new`].
@@ -256,8 +259,8 @@ impl StateSpace {
         self.fastest_rad_s
     }
 
-    /// Natural frequencies in hertz and damping ratios of all motions that vibrate or drift, lowest first: from the
-    /// eigenvalues of `A`, one of each conjugate pair. A rigid motion has 0 Hz.
+    /// Natural frequencies in hertz and damping ratios of all motions that vibrate or drift, lowest first:
+    /// from the eigenvalues of `A`, one of each conjugate pair. A rigid motion has 0 Hz.
     ///
     /// # Errors
     /// [`PlantError::Degenerate`] when the eigenvalues are not found.
@@ -287,7 +290,8 @@ impl StateSpace {
         self.rest.iter().map(|entry| entry * u).collect()
     }
 
-    /// The state that the model starts from: at rest where the input starts at `u`, or as its `[initial]` says.
+    /// The state that the model starts from: at rest where the input starts at `u`, or as its `[initial]`
+    /// says.
     ///
     /// # Errors
     /// As [`StateSpace::state_from`].
@@ -297,8 +301,8 @@ impl StateSpace {
         self.state_from(&given.collect(), u)
     }
 
-    /// The state with given displacements and velocities `(displacement, velocity)` of coordinate points, by name; the
-    /// others are as at rest where the input starts at `u`.
+    /// The state with given displacements and velocities `(displacement, velocity)` of coordinate points, by
+    /// name; the others are as at rest where the input starts at `u`.
     ///
     /// # Errors
     /// [`PlantError::Place`] when a name is no coordinate point.

@@ -1,5 +1,5 @@
-//! State spaces built lately: fits simulate the same linear plant again and again with other left-out physics, and the
-//! eigenproblem of a beam takes longer than 80 s of its motion.
+//! State spaces built lately: fits simulate the same linear plant again and again with other left-out
+//! physics, and the eigenproblem of a beam takes longer than 80 s of its motion.
 
 use std::cell::RefCell;
 
@@ -14,8 +14,8 @@ thread_local! {
     static RECENT: RefCell<Vec<(Model, StateSpace)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// The state space of a model whose linear laws have been built in, from `build` or from memory. A pure function either
-/// way: what is kept is found again by every number of the linear part being equal.
+/// The state space of a model whose linear laws have been built in, from `build` or from memory. A pure
+/// function either way: what is kept is found again by every number of the linear part being equal.
 pub(super) fn of(
     mut model: Model,
     build: impl FnOnce(&Model) -> Result<StateSpace, PlantError>,

@@ -1,4 +1,5 @@
-//! An independent beam: Hermite-cubic finite elements, sharing nothing with the crate but the profile's numbers.
+//! An independent beam: Hermite-cubic finite elements, sharing nothing with the crate but the profile's
+//! numbers.
 
 use nalgebra::{Cholesky, DMatrix, SymmetricEigen};
 
@@ -38,8 +39,8 @@ pub fn frequencies_rad_s(beam: &Beam<'_>, elements: usize, root: &Root) -> Vec<f
     modes(mass, &stiffness).0
 }
 
-/// Mass and stiffness matrices. Freedoms are deflection and slope of every node from the root on, those that the root
-/// holds left out; the last but one is the tip's deflection.
+/// Mass and stiffness matrices. Freedoms are deflection and slope of every node from the root on, those that
+/// the root holds left out; the last but one is the tip's deflection.
 pub fn matrices(beam: &Beam<'_>, elements: usize, root: &Root) -> (DMatrix<f64>, DMatrix<f64>) {
     let size = 2 * (elements + 1);
     let mut mass: DMatrix<f64> = DMatrix::zeros(size, size);

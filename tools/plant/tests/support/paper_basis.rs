@@ -1,8 +1,10 @@
-//! Eqs. 10 and 11 of the paper, as printed and as they must read: the shapes of a *uniform* beam on a free base.
+//! Eqs. 10 and 11 of the paper, as printed and as they must read: the shapes of a *uniform* beam on a free
+//! base.
 
 /// `phi_i(x)` of eq. 10 for any `lambda`, a root of the frequency equation or not.
 ///
-/// `a (cos z − 1) + b (cosh z − 1) + c (sin z − sinh z)` with `z = lambda x`, which is eq. 10 with its terms collected.
+/// `a (cos z − 1) + b (cosh z − 1) + c (sin z − sinh z)` with `z = lambda x`, which is eq. 10 with its terms
+/// collected.
 #[derive(Debug, Clone, Copy)]
 pub struct PaperShape {
     pub lambda_per_m: f64,

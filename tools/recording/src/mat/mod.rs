@@ -1,8 +1,8 @@
-//! MATLAB's MAT-files of level 5, plain (`-v6`) and compressed (`-v7`), and of level 4: numeric vectors and matrices, also in
-//! structures.
+//! MATLAB's MAT-files of level 5, plain (`-v6`) and compressed (`-v7`), and of level 4: numeric vectors and
+//! matrices, also in structures.
 //!
-//! Conventions: the time is a variable `time_s`, or a scalar `interval_s` or `rate_hz`; a variable whose
-//! name ends in a unit is a column of that name, and a matrix is one column per signal (`accel_m_s2` with three
+//! Conventions: the time is a variable `time_s`, or a scalar `interval_s` or `rate_hz`; a variable whose name
+//! ends in a unit is a column of that name, and a matrix is one column per signal (`accel_m_s2` with three
 //! columns gives `accel_1_m_s2` and so on). Everything else is chosen by the options.
 
 mod columns;

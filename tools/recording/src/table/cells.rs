@@ -94,7 +94,8 @@ fn split_blanks<'t>(line: &'t str, cells: &mut Vec<&'t str>) {
     }
 }
 
-/// The content of a quoted cell and what follows its closing quote. A quote that is written twice does not close it.
+/// The content of a quoted cell and what follows its closing quote. A quote that is written twice does not
+/// close it.
 fn close(inner: &str) -> Option<(&str, &str)> {
     let bytes = inner.as_bytes();
     let mut at = 0;

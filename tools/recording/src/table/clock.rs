@@ -33,7 +33,8 @@ pub(super) enum Reading {
     Date(i64),
 }
 
-/// Reads `2025-03-02T09:15:07.5`, `02.03.2025 09:15:07,5`, `09:15:07.5`, `15:07.5`, `3/2/2025 9:15:07 PM` and the like.
+/// Reads `2025-03-02T09:15:07.5`, `02.03.2025 09:15:07,5`, `09:15:07.5`, `15:07.5`, `3/2/2025 9:15:07 PM` and
+/// the like.
 pub(super) fn parse(cell: &str) -> Option<Reading> {
     let cell = cell.trim_matches(['[', ']']).trim();
     if !cell.starts_with(|c: char| c.is_ascii_digit()) {
@@ -60,7 +61,8 @@ pub(crate) fn seconds_after<'t>(mut cells: impl Iterator<Item = &'t str>) -> Opt
     std::iter::once(Some(0.0)).chain(cells.map(|cell| Some(instant(cell)?.since(origin)))).collect()
 }
 
-/// Days since 1970 of a date; of two small numbers before the year the first is the day, except in `3/2/2025`.
+/// Days since 1970 of a date; of two small numbers before the year the first is the day, except in
+/// `3/2/2025`.
 fn date(text: &str) -> Option<i64> {
     let sign = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;
     let parts: Vec<&str> = text.split(sign).collect();

@@ -1,4 +1,5 @@
-//! How a table is written: what separates its cells, its decimal sign, where it begins, which lines are its header.
+//! How a table is written: what separates its cells, its decimal sign, where it begins, which lines are its
+//! header.
 
 use super::cells::{Separator, Value, split, value, with_unit};
 use super::clock;
@@ -115,7 +116,8 @@ fn stated_separator(text: &str) -> Option<Separator> {
     sign.bytes().next().map(Separator::Byte)
 }
 
-/// A dialect explains a table better when it makes more rows of it, without text in them, headed by a line of as many cells.
+/// A dialect explains a table better when it makes more rows of it, without text in them, headed by a line of
+/// as many cells.
 fn better(a: &Candidate, b: &Candidate) -> bool {
     // Text among the numbers must explain twice as many rows to be believed.
     let weight = |c: &Candidate| if c.mixed { c.rows } else { 2 * c.rows };
@@ -256,8 +258,8 @@ fn header_cells(text: &str, best: &Candidate) -> Option<Vec<String>> {
     (cells.len() == best.width && cells.iter().any(text)).then_some(cells)
 }
 
-/// Names with blanks in them, above columns that blanks separate: two blanks or a tab then end a name, or a unit in brackets
-/// does.
+/// Names with blanks in them, above columns that blanks separate: two blanks or a tab then end a name, or a
+/// unit in brackets does.
 fn wide_cells(text: &str, width: usize) -> Option<Vec<String>> {
     let apart: Vec<String> = text
         .split('\t')

@@ -9,7 +9,8 @@ const LOOKED_AT: usize = 512;
 
 /// The text, and a remark if it is not UTF-8.
 ///
-/// Bytes that are no UTF-8 are Latin-1, or rather the Windows code page that replaced it: it has a character for every byte.
+/// Bytes that are no UTF-8 are Latin-1, or rather the Windows code page that replaced it: it has a character
+/// for every byte.
 pub(crate) fn decode(bytes: &[u8]) -> (Cow<'_, str>, Option<&'static str>) {
     let bytes = without_trailing_zeros(bytes);
     let said = |encoding: &'static Encoding| match encoding.name() {

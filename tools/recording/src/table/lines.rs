@@ -80,7 +80,8 @@ pub(super) fn on_their_lines(text: &str, mut row: impl FnMut(&str) -> String) ->
     made
 }
 
-/// The text of a comment without its sign; `None` for a line that is none. A `;` only begins one where it separates nothing.
+/// The text of a comment without its sign; `None` for a line that is none. A `;` only begins one where it
+/// separates nothing.
 pub(super) fn comment(text: &str, semicolon_separates: bool) -> Option<&str> {
     let text = text.trim_ascii_start();
     match text.as_bytes().first()? {

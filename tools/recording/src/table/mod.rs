@@ -1,7 +1,8 @@
 //! Tables of numbers as text, in whatever dialect people and programs write them.
 //!
-//! The bytes become text (`encoding`), the dialect is told from the first lines (`dialect`), the header says what the columns are
-//! (`heading`), the rows are read (`rows`), and a recording is made of them (`assemble`).
+//! The bytes become text (`encoding`), the dialect is told from the first lines (`dialect`), the header says
+//! what the columns are (`heading`), the rows are read (`rows`), and a recording is made of them
+//! (`assemble`).
 
 mod assemble;
 mod beside;
@@ -230,7 +231,8 @@ pub(crate) fn parse_contract(text: &str) -> Result<(Vec<f64>, Vec<crate::recordi
     Ok((time_s, columns.map(|(name, samples)| crate::recording::Column { name, samples }).collect()))
 }
 
-/// The dialect of stillbeam's own files, which is not for guessing: their errors name rows that a guess would step over.
+/// The dialect of stillbeam's own files, which is not for guessing: their errors name rows that a guess would
+/// step over.
 fn contract(lines: &Lines<'_>) -> Option<Dialect> {
     let first = lines.clone().next()?;
     let mut cells = Vec::new();

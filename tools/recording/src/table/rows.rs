@@ -225,7 +225,8 @@ impl Rows<'_> {
         Ok(after_s)
     }
 
-    /// Drops a last row that the end of the file cut within a number: it has fewer decimals than all before it.
+    /// Drops a last row that the end of the file cut within a number: it has fewer decimals than all before
+    /// it.
     fn judge_end(&mut self, latest: &[&str; 8], rules: &Rules<'_>, ends_in_line_end: bool) {
         let [.., last_text] = latest;
         if let Some(first) = self.trailer.first() {

@@ -151,7 +151,8 @@ impl Function {
 }
 
 impl Axis {
-    /// The unit as column names have it. `si` says that the file's units are SI, which stands in for a missing label.
+    /// The unit as column names have it. `si` says that the file's units are SI, which stands in for a
+    /// missing label.
     pub(super) fn unit(&self, si: bool) -> Option<String> {
         let by_type = || if si { units::si_unit(self.data_type).map(str::to_owned) } else { None };
         of_label(&self.unit_label).or_else(by_type)
@@ -163,8 +164,8 @@ const NAME_WIDTH: usize = 20;
 
 /// An axis: its name stands in columns 27 to 46 and its unit in 48 to 67.
 ///
-/// A writer that counts bytes puts the unit some characters to the left where the name holds others than ASCII: the
-/// column between the two fields is blank in the counting that was meant.
+/// A writer that counts bytes puts the unit some characters to the left where the name holds others than
+/// ASCII: the column between the two fields is blank in the counting that was meant.
 fn axis(record: &str, data_type: i64) -> Axis {
     let more: usize = record.chars().take(46).map(|character| character.len_utf8() - 1).sum();
     let blank = |column: usize| field(record, column, 1).trim().is_empty();

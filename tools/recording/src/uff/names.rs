@@ -6,8 +6,8 @@ use super::function::Function;
 use super::units;
 use crate::column_name::unit_of;
 
-/// Names of time responses; `None` where no unit is stated. Functions alike in everything that makes up a name are told
-/// apart by their titles or, where these are alike too, by their numbers.
+/// Names of time responses; `None` where no unit is stated. Functions alike in everything that makes up a
+/// name are told apart by their titles or, where these are alike too, by their numbers.
 pub(super) fn column_names(functions: &[Function], si: bool) -> Vec<Option<String>> {
     let names: Vec<Option<String>> =
         functions.iter().map(|function| column_name(function, si, None)).collect();

@@ -42,8 +42,8 @@ fn stamps_s(function: &Function, remarks: &mut Vec<String>) -> Vec<f64> {
     function.places.iter().map(|place| place * scale).collect()
 }
 
-/// The time axis of all functions that are taken, and the channels at its length: one that the end of the file cut is
-/// missing beyond it.
+/// The time axis of all functions that are taken, and the channels at its length: one that the end of the
+/// file cut is missing beyond it.
 pub(super) fn common_time(
     responses: &[Function],
     mut channels: Vec<Channel>,

@@ -59,7 +59,8 @@ pub(super) fn label(unit: &str) -> String {
     }
 }
 
-/// Which way a degree of freedom points: `x` to `z`, `rx` to `rz`, `_neg` against the axis; empty for a scalar.
+/// Which way a degree of freedom points: `x` to `z`, `rx` to `rz`, `_neg` against the axis; empty for a
+/// scalar.
 pub(super) fn direction(code: i64) -> String {
     let axis = match code.unsigned_abs() {
         1 => "_x",

@@ -109,7 +109,8 @@ pub(super) fn binary_numbers(
         let found = (binary.bytes / per_value) as u64;
         return Err(UffProblem::Count { line: lines.line, announced: layout.count, found });
     }
-    // Without its last line, or cut before: the bytes that are there, if they cannot be those of something else.
+    // Without its last line, or cut before: the bytes that are there, if they cannot be those of something
+    // else.
     let widths = layouts.iter().find(|widths| size(widths) == binary.bytes).or(layouts.first());
     let line = lines.line;
     match widths {

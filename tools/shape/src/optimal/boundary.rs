@@ -1,11 +1,12 @@
 //! The edge of a box of modes, where the residual is largest.
 //!
-//! With s = −ζω + jω_d, t_n the last tap's time and V the residual of [`stillbeam_firmware::shaper::residual`],
+//! With s = −ζω + jω_d, t_n the last tap's time and V the residual of
+//! [`stillbeam_firmware::shaper::residual`],
 //!
 //! > V = |Σ w_k e^{−s(t_k − t_n)}|,
 //!
-//! the magnitude of a function analytic in s. Frequency and damping ratio map to s one to one, so by the maximum
-//! principle V over a box is largest on the box's edge, and only the edge needs to be searched.
+//! the magnitude of a function analytic in s. Frequency and damping ratio map to s one to one, so by the
+//! maximum principle V over a box is largest on the box's edge, and only the edge needs to be searched.
 
 use super::pole::Pole;
 use super::uncertainty::ModeBox;
@@ -14,7 +15,8 @@ use super::uncertainty::ModeBox;
 const POINTS_PER_RIPPLE: f64 = 4.0;
 /// The fewest intervals of a constraint grid along an edge of frequencies.
 const FEWEST: f64 = 3.0;
-/// The most intervals that a constraint grid starts with: more would slow the solver, and the search adds what is missing.
+/// The most intervals that a constraint grid starts with: more would slow the solver, and the search adds
+/// what is missing.
 const MOST: usize = 12;
 /// How much finer the residual is searched.
 pub(crate) const FINER: usize = 15;
@@ -82,8 +84,8 @@ pub(crate) struct Peak {
     pub(crate) residual: f64,
 }
 
-/// All local maxima of a residual over the edge of a box: found on a grid `finer` times finer than the constraints',
-/// then placed by parabolas.
+/// All local maxima of a residual over the edge of a box: found on a grid `finer` times finer than the
+/// constraints', then placed by parabolas.
 pub(crate) fn peaks(
     mode: &ModeBox,
     duration_s: f64,

@@ -1,14 +1,14 @@
 //! The least residual that a shaper of a given duration can leave, from both sides.
 //!
-//! Only a few taps of the optimum have weight and only a few modes of the boxes touch the worst residual, so the
-//! programme (`programme`) holds few of both and grows: by the modes at which its answer leaves more than it
-//! thought, and by the taps that its multipliers price below its value. For any multipliers λ_j with Σ|λ_j| = 1 every
-//! shaper w with negative weights of at most L in all obeys
+//! Only a few taps of the optimum have weight and only a few modes of the boxes touch the worst residual, so
+//! the programme (`programme`) holds few of both and grows: by the modes at which its answer leaves more than
+//! it thought, and by the taps that its multipliers price below its value. For any multipliers λ_j with
+//! Σ|λ_j| = 1 every shaper w with negative weights of at most L in all obeys
 //!
 //! > max_j |V_j(w)| ≥ Σ_k w_k g(k) ≥ (1 + L) min_k g(k) − L max_k g(k),  g(k) = Re Σ_j λ̄_j φ_j(k),
 //!
-//! so the prices, taken over *all* ticks, prove a bound that does not depend on the solver. A duration is given up only
-//! when that bound lies above the tolerance.
+//! so the prices, taken over *all* ticks, prove a bound that does not depend on the solver. A duration is
+//! given up only when that bound lies above the tolerance.
 
 use super::boundary::{self, FINER, Peak};
 use super::pole::{Complex, Pole};
@@ -48,7 +48,8 @@ const ROUNDS: usize = 60;
 const NO_WEIGHT: f64 = 1e-5;
 /// When a programme has more taps than this, those that it does not use and that cost most are dropped.
 const MANY_TAPS: usize = 80;
-/// When a programme has more places than this to hold down, those that leave less than a part of the worst are dropped.
+/// When a programme has more places than this to hold down, those that leave less than a part of the worst
+/// are dropped.
 const MANY_POLES: (usize, f64) = (40, 0.5);
 /// Taps that are as near to each other as this are refined to neighbours.
 const NEAR: u32 = 16;
@@ -67,8 +68,8 @@ pub(super) struct Memory {
 }
 
 impl Problem {
-    /// Finds the least residual for shapers of `end_tick` ticks, until the answer to "is it at most `tolerance`?" is proven,
-    /// or without a tolerance until nothing is left to gain.
+    /// Finds the least residual for shapers of `end_tick` ticks, until the answer to "is it at most
+    /// `tolerance`?" is proven, or without a tolerance until nothing is left to gain.
     ///
     /// # Errors
     /// [`ShapeError::Solver`].
@@ -113,8 +114,8 @@ impl Problem {
         Ok(verdict)
     }
 
-    /// The least residual with weights on the given ticks only, or one of at most `tolerance`. `poles` are the places that
-    /// held it down, to start the next of a kind with.
+    /// The least residual with weights on the given ticks only, or one of at most `tolerance`. `poles` are
+    /// the places that held it down, to start the next of a kind with.
     pub(super) fn reweighted(
         &self,
         ticks: &[u32],
@@ -257,8 +258,8 @@ fn keep_cheap(ticks: &mut Vec<u32>, weights: &[f64], prices: &[f64]) {
     ticks.sort_unstable();
 }
 
-/// Adds the ticks at the local minima of the prices below what the programme's own taps cost, with their neighbours
-/// where a tap is near already; with negative weights the maxima above them too.
+/// Adds the ticks at the local minima of the prices below what the programme's own taps cost, with their
+/// neighbours where a tap is near already; with negative weights the maxima above them too.
 fn add_priced(ticks: &mut Vec<u32>, prices: &[f64], both_ways: bool) {
     let known = ticks.clone();
     let near = |tick: u32| {

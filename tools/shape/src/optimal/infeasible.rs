@@ -7,8 +7,8 @@ use crate::error::ShapeError;
 
 /// Steps of the search for the size of the box: it is known to 1/2⁵ of itself.
 const BOX_STEPS: u32 = 5;
-/// How much longer than possible shapers may be when the duration is looked for that is needed, and how many periods of the
-/// slowest mode if that is more.
+/// How much longer than possible shapers may be when the duration is looked for that is needed, and how many
+/// periods of the slowest mode if that is more.
 const LONGER: (u32, f64) = (3, 4.0);
 /// Ticks per period of the fastest mode that are fine enough for advice.
 const TICKS_PER_PERIOD: f64 = 12.0;

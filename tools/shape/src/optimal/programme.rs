@@ -2,9 +2,10 @@
 //!
 //! > minimise t  subject to  |Σ_k w_k φ_j(k)| ≤ t for every pole j,  Σ_k w_k = 1,  w_k ≥ 0,
 //!
-//! with φ_j(k) the ringing of tap k ([`Pole::ringing`]). Where negative weights are allowed every tap has a second,
-//! subtracted weight, and all of these sum to at most the limit. A magnitude is a second-order cone, so nothing is
-//! linearised. The dual variables of the cones price every tap that is not in the programme (`fixed_duration`).
+//! with φ_j(k) the ringing of tap k ([`Pole::ringing`]). Where negative weights are allowed every tap has a
+//! second, subtracted weight, and all of these sum to at most the limit. A magnitude is a second-order cone,
+//! so nothing is linearised. The dual variables of the cones price every tap that is not in the programme
+//! (`fixed_duration`).
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{

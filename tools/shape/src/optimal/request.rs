@@ -13,11 +13,13 @@ use super::sparse::integer_taps;
 use super::uncertainty::ModeBox;
 use crate::error::ShapeError;
 
-/// What the rounding of weights to integers may leave of a mode: half a unit of 2⁻³⁰ for each of up to 64 taps, and as much again
-/// for the tap that makes the sum exact. A tolerance below it is taken as this: "exactly zero".
+/// What the rounding of weights to integers may leave of a mode: half a unit of 2⁻³⁰ for each of up to 64
+/// taps, and as much again for the tap that makes the sum exact. A tolerance below it is taken as this:
+/// "exactly zero".
 pub const ROUNDING: f64 = 1e-7;
 
-/// How much of the tolerance the solver leaves to rounding of weights and to places between those it looked at.
+/// How much of the tolerance the solver leaves to rounding of weights and to places between those it looked
+/// at.
 const MARGIN: (f64, f64) = (4e-5, 6e-8);
 
 /// How much of the tolerance the solver may be off, and the least that is asked of it.
@@ -26,7 +28,8 @@ const LEAST_ACCURACY: f64 = 1e-9;
 
 /// How close an answer is brought to what is proven, relative to it.
 const GAP: f64 = 1e-4;
-/// The same for a curve that is only looked at, with its absolute part and the ticks per period of the fastest mode.
+/// The same for a curve that is only looked at, with its absolute part and the ticks per period of the
+/// fastest mode.
 const ROUGH: (f64, f64, f64) = (0.02, 2e-6, 24.0);
 
 /// How much finer than the constraints' the grid is on which the integers are judged.
@@ -42,11 +45,11 @@ pub struct OptimalRequest {
     pub modes: Vec<ModeBox>,
     /// Ticks per second of the board.
     pub rate_hz: f64,
-    /// The largest residual vibration of any mode anywhere in its box, as a fraction of the unshaped command's: from 0,
-    /// taken as [`ROUNDING`], to below 1.
+    /// The largest residual vibration of any mode anywhere in its box, as a fraction of the unshaped
+    /// command's: from 0, taken as [`ROUNDING`], to below 1.
     pub tolerance: f64,
-    /// The most that the magnitudes of negative weights may sum to, from 0, none, to 1.5. The setpoint's velocity and
-    /// acceleration may become larger than the command's by the factor 1 + 2 of it.
+    /// The most that the magnitudes of negative weights may sum to, from 0, none, to 1.5. The setpoint's
+    /// velocity and acceleration may become larger than the command's by the factor 1 + 2 of it.
     pub negative_limit: f64,
     /// The longest duration in seconds, if it is less than what the board's memory holds.
     pub longest_s: Option<f64>,
@@ -71,7 +74,8 @@ impl OptimalRequest {
     /// Solves for it.
     ///
     /// # Errors
-    /// [`ShapeError`]: a request outside the ranges above; [`ShapeError::Infeasible`], with what would make it feasible.
+    /// [`ShapeError`]: a request outside the ranges above; [`ShapeError::Infeasible`], with what would make
+    /// it feasible.
     pub fn solve(&self) -> Result<OptimalShaper, ShapeError> {
         let rate = self.checked_rate()?;
         let problem = self.problem(rate);
@@ -82,8 +86,8 @@ impl OptimalRequest {
         }
     }
 
-    /// The least residual that any shaper of each of these durations leaves at worst over all boxes, to 2 % of itself and 2·10⁻⁶,
-    /// for a curve: seconds, rounded to coarser ticks than the board's, and a fraction.
+    /// The least residual that any shaper of each of these durations leaves at worst over all boxes, to 2 %
+    /// of itself and 2·10⁻⁶, for a curve: seconds, rounded to coarser ticks than the board's, and a fraction.
     ///
     /// # Errors
     /// [`ShapeError`]: a request outside its ranges, or the solver.
@@ -192,8 +196,8 @@ fn real_taps(taps: &[Tap]) -> RealTaps {
     taps.iter().map(|tap| (tap.delay_ticks, f64::from(tap.weight) / one)).collect()
 }
 
-/// The largest residual of a table over the box of a mode, and where it is: frequency in Hz and damping ratio are those of
-/// the box's edge, where it must be.
+/// The largest residual of a table over the box of a mode, and where it is: frequency in Hz and damping ratio
+/// are those of the box's edge, where it must be.
 pub fn worst_over_box(table: &ShaperTable, mode: &ModeBox) -> f64 {
     let tick_s = table.tick_rate().period_s();
     let duration_s = table.duration_s();

@@ -1,7 +1,7 @@
 //! The fewest ticks: doubling until the tolerance is met, then bisection, every step answered with a proof.
 //!
-//! A shaper of n ticks may start a tick late and so is one of n + 1 ticks: the least residual never grows with the
-//! duration, and bisection finds the one duration at which the tolerance is first met.
+//! A shaper of n ticks may start a tick late and so is one of n + 1 ticks: the least residual never grows
+//! with the duration, and bisection finds the one duration at which the tolerance is first met.
 
 use super::fixed_duration::{Memory, Problem, Verdict};
 use crate::error::ShapeError;
@@ -24,8 +24,8 @@ pub(super) enum Found {
 }
 
 impl Problem {
-    /// The shortest duration that leaves at most `tolerance`, from one tick up to `longest`; up to `step` ticks more than
-    /// that, if a rough answer will do.
+    /// The shortest duration that leaves at most `tolerance`, from one tick up to `longest`; up to `step`
+    /// ticks more than that, if a rough answer will do.
     ///
     /// # Errors
     /// [`ShapeError::Solver`].

@@ -1,8 +1,8 @@
 //! Fewer taps, and the integers that run.
 //!
-//! The best weights of the shortest duration are few already wherever the tolerance binds. Where it leaves room (an exact
-//! zero does, between two ticks) the solver spreads them; taps are then dropped, the lightest first, as long
-//! as the others can be weighted anew within the tolerance.
+//! The best weights of the shortest duration are few already wherever the tolerance binds. Where it leaves
+//! room (an exact zero does, between two ticks) the solver spreads them; taps are then dropped, the lightest
+//! first, as long as the others can be weighted anew within the tolerance.
 
 use stillbeam_firmware::shaper::Tap;
 use stillbeam_firmware::shaper::stage::WEIGHT_ONE;
@@ -15,7 +15,8 @@ use crate::error::ShapeError;
 const NO_WEIGHT: f64 = 1e-7;
 
 impl Problem {
-    /// The same shaper with as few taps as dropping them one after the other gives; at most `tolerance` is left.
+    /// The same shaper with as few taps as dropping them one after the other gives; at most `tolerance` is
+    /// left.
     ///
     /// # Errors
     /// [`ShapeError::Solver`].
@@ -91,8 +92,8 @@ fn lightest_first(taps: &RealTaps) -> Vec<u32> {
     order.into_iter().map(|(tick, _)| tick).collect()
 }
 
-/// The weights as the board's integers: rounded, those of zero left out, the first tap without delay, the sum exactly
-/// [`WEIGHT_ONE`]. What rounding took or gave goes to the heaviest tap, where it matters least.
+/// The weights as the board's integers: rounded, those of zero left out, the first tap without delay, the sum
+/// exactly [`WEIGHT_ONE`]. What rounding took or gave goes to the heaviest tap, where it matters least.
 pub(super) fn integer_taps(taps: &[(u32, f64)]) -> Vec<Tap> {
     let one = f64::from(WEIGHT_ONE);
     let mut rounded: Vec<Tap> = taps

@@ -13,8 +13,8 @@ pub struct ModeBox {
 }
 
 impl ModeBox {
-    /// A box with its ends, lowest first: undamped natural frequency in Hz, above 0, and damping ratio, at least 0 and
-    /// below 1. The nominal mode is within it.
+    /// A box with its ends, lowest first: undamped natural frequency in Hz, above 0, and damping ratio, at
+    /// least 0 and below 1. The nominal mode is within it.
     ///
     /// # Errors
     /// [`ShapeError::ModeBox`] says which end is not usable.
@@ -38,10 +38,12 @@ impl ModeBox {
         Ok(Self { frequency_hz, damping_ratio, nominal: [nominal_hz, nominal_damping_ratio] })
     }
 
-    /// A box of ±`frequency_fraction` and ±`damping_fraction` of the mode's own values, each at least 0 and below 1.
+    /// A box of ±`frequency_fraction` and ±`damping_fraction` of the mode's own values, each at least 0 and
+    /// below 1.
     ///
     /// # Errors
-    /// [`ShapeError::Box`] for a fraction outside that range, [`ShapeError::ModeBox`] for a mode that is none.
+    /// [`ShapeError::Box`] for a fraction outside that range, [`ShapeError::ModeBox`] for a mode that is
+    /// none.
     pub fn around(
         frequency_hz: f64,
         damping_ratio: f64,
@@ -58,9 +60,9 @@ impl ModeBox {
         Self::new(frequency_hz, damping_ratio, frequencies_hz, spread(damping_ratio, damping_fraction))
     }
 
-    /// The smallest box that holds this one and ±`frequency_fraction` and ±`damping_fraction` of the nominal mode's own
-    /// values. A statistical error says how well one recording was fitted, and not how far payload, temperature and
-    /// position move a machine; this is the floor for the latter.
+    /// The smallest box that holds this one and ±`frequency_fraction` and ±`damping_fraction` of the nominal
+    /// mode's own values. A statistical error says how well one recording was fitted, and not how far
+    /// payload, temperature and position move a machine; this is the floor for the latter.
     ///
     /// # Errors
     /// As [`ModeBox::around`].

@@ -74,8 +74,9 @@ impl PlayedMove {
     }
 }
 
-/// The largest residual over the box of a mode that a command leaves which is played tick by tick, positions in any unit, as a
-/// fraction of what one step from its first to its last position would leave. Nothing for a command that goes nowhere.
+/// The largest residual over the box of a mode that a command leaves which is played tick by tick, positions
+/// in any unit, as a fraction of what one step from its first to its last position would leave. Nothing for a
+/// command that goes nowhere.
 pub fn command_residual(positions: &[i64], rate_hz: f64, mode: &ModeBox) -> f64 {
     let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return 0.0 };
     if first == last {

@@ -1,19 +1,22 @@
 //! One conic programme: the move of a given duration that leaves the least.
 //!
-//! The move is that of the board, sums over ticks of a jerk that is constant in each of M pieces of whole ticks (w_i, from the corner n_i to
-//! n_{i+1}). With accelerations a_i at the corners (a_0 = a_M = 0), velocities v_i (v_0 = v_M = 0) and b = a_{i+1}:
+//! The move is that of the board, sums over ticks of a jerk that is constant in each of M pieces of whole
+//! ticks (w_i, from the corner n_i to n_{i+1}). With accelerations a_i at the corners (a_0 = a_M = 0),
+//! velocities v_i (v_0 = v_M = 0) and b = a_{i+1}:
 //!
 //! > v_{i+1} = v_i + a_i (w−1)/2 + b (w+1)/2,
 //! > x_{i+1} = x_i + w v_i + a_i (w+1)(w−1)/3 + b (w+1)(w+2)/6,  x_M = D,
 //! > |a_i| ≤ A,  |b − a_i| ≤ J w,  and from v_low to V:  v_i,  v_i + (w−1) (a_i/2 + (b − a_i)/(4w)),  v_{i+1} − b.
 //!
-//! The velocities at the ticks of a piece but its last, whose is v_{i+1}, lie on a parabola with the last three expressions as its Bézier
-//! points and so within their hull: they obey their limits everywhere, not only at the corners. With z what a tick does to an impulse at the pole and φ
-//! [`Pole::ringing`], the residual of the steps v(n) is exactly
+//! The velocities at the ticks of a piece but its last, whose is v_{i+1}, lie on a parabola with the last
+//! three expressions as its Bézier points and so within their hull: they obey their limits everywhere, not
+//! only at the corners. With z what a tick does to an impulse at the pole and φ [`Pole::ringing`], the
+//! residual of the steps v(n) is exactly
 //!
 //! > V = |Σ v(n) φ(n)| / D = |Σ_i j_i z^{n_i+1} (1 − z^{w_i})| |φ(0)| / (|1 − z|³ D),  j_i = (b − a_i)/w_i,
 //!
-//! by three summations by parts. Units of the programme: the distance and the duration are one, a piece takes w_i/N.
+//! by three summations by parts. Units of the programme: the distance and the duration are one, a piece takes
+//! w_i/N.
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{

@@ -41,7 +41,8 @@ pub struct MoveRequest {
     pub reversing: bool,
     /// The modes and where they may be. None gives the quickest move within the limits.
     pub modes: Vec<ModeBox>,
-    /// The largest residual vibration of any mode anywhere in its box, as a fraction of what a step of the same distance leaves.
+    /// The largest residual vibration of any mode anywhere in its box, as a fraction of what a step of the
+    /// same distance leaves.
     pub tolerance: f64,
     /// Ticks per second of the board.
     pub rate_hz: f64,
@@ -51,7 +52,8 @@ impl MoveRequest {
     /// Solves for it.
     ///
     /// # Errors
-    /// [`ShapeError`]: a request outside the ranges above, or one that needs more than [`MoveRequest::LONGEST_S`].
+    /// [`ShapeError`]: a request outside the ranges above, or one that needs more than
+    /// [`MoveRequest::LONGEST_S`].
     pub fn solve(&self) -> Result<PlayedMove, ShapeError> {
         let rate = self.checked_rate()?;
         Search::new(self, rate).run()

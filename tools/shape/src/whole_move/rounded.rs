@@ -1,7 +1,8 @@
 //! The jerks of a move in the integers of the board.
 //!
-//! Jerks are rounded one after the other, and what the sums of position, velocity and acceleration are off by then is taken back by the next three
-//! jerks. So the position is never off by more than some w³ of the units of jerk, 2⁻³⁸ nm, for pieces of w ticks, however long the move is.
+//! Jerks are rounded one after the other, and what the sums of position, velocity and acceleration are off by
+//! then is taken back by the next three jerks. So the position is never off by more than some w³ of the units
+//! of jerk, 2⁻³⁸ nm, for pieces of w ticks, however long the move is.
 
 use stillbeam_firmware::motion::Piece;
 use stillbeam_firmware::motion::pieces::FRACTION_BITS;
@@ -51,7 +52,8 @@ impl Sums {
         }
     }
 
-    /// The changes of the jerks of three pieces after which nothing is off: by Cramer's rule, every sum being linear in them.
+    /// The changes of the jerks of three pieces after which nothing is off: by Cramer's rule, every sum being
+    /// linear in them.
     fn taken_back_by(self, [a, b, c]: [f64; 3]) -> [f64; 3] {
         let end = |from: Self, jerks: [f64; 3]| {
             let [first, second, third] = jerks;
@@ -72,8 +74,8 @@ impl Sums {
     }
 }
 
-/// Ticks and jerk in nm per tick³ of each piece, of a move that ends where it should to rounding: the solver's end is
-/// only as accurate as the solver.
+/// Ticks and jerk in nm per tick³ of each piece, of a move that ends where it should to rounding: the
+/// solver's end is only as accurate as the solver.
 fn ideal_pieces(corners: &Corners, distance_nm: f64) -> Vec<(u32, f64)> {
     let widths: Vec<u32> = corners.grid.widths().collect();
     let ticks: f64 = widths.iter().copied().map(f64::from).sum();
@@ -107,7 +109,8 @@ fn ideal_pieces(corners: &Corners, distance_nm: f64) -> Vec<(u32, f64)> {
     pieces
 }
 
-/// What the acceleration at each corner adds to the velocity and to the position at the end; nothing at the first and the last.
+/// What the acceleration at each corner adds to the velocity and to the position at the end; nothing at the
+/// first and the last.
 fn ends(widths: &[u32]) -> (Vec<f64>, Vec<f64>) {
     let (mut of_velocity, mut of_position) = (vec![0.0; widths.len() + 1], vec![0.0; widths.len() + 1]);
     let mut left: f64 = widths.iter().copied().map(f64::from).sum();

@@ -24,8 +24,9 @@ impl<'r> Search<'r> {
         Self { request, rate, poles: Vec::new() }
     }
 
-    /// Bisection over the ticks. A move of n ticks that starts a tick late is one of n + 1 ticks and leaves the same, so longer is
-    /// never worse, but for the corners, which move with the duration: what that changes is below the cost of the pieces.
+    /// Bisection over the ticks. A move of n ticks that starts a tick late is one of n + 1 ticks and leaves
+    /// the same, so longer is never worse, but for the corners, which move with the duration: what that
+    /// changes is below the cost of the pieces.
     pub(super) fn run(mut self) -> Result<PlayedMove, ShapeError> {
         let ticks = |seconds: f64| (seconds * self.rate.hz()).ceil() as u32;
         let longest = ticks(MoveRequest::LONGEST_S);

@@ -60,7 +60,8 @@ impl Code {
         Ok(code)
     }
 
-    /// From starts, sizes and names. A size of zero, as hand-written assembly has it, lasts to the next function.
+    /// From starts, sizes and names. A size of zero, as hand-written assembly has it, lasts to the next
+    /// function.
     pub(super) fn set_functions(&mut self, mut functions: Vec<(u32, u32, String)>) {
         functions.sort();
         for (start, size, name) in functions {

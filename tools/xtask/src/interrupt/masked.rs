@@ -1,8 +1,8 @@
-//! How long interrupts can stay masked: the longest way from every `cpsid i` to the `cpsie i` or `msr primask` that ends the
-//! section, in instructions, calls included.
+//! How long interrupts can stay masked: the longest way from every `cpsid i` to the `cpsie i` or `msr
+//! primask` that ends the section, in instructions, calls included.
 //!
-//! A way round a loop, one that leaves the function still masked, and one by a table or a register have no bound here and
-//! are named with their function. A panic ends a way: it stops the machine.
+//! A way round a loop, one that leaves the function still masked, and one by a table or a register have no
+//! bound here and are named with their function. A panic ends a way: it stops the machine.
 
 use std::collections::BTreeMap;
 
@@ -72,7 +72,8 @@ struct Walk<'a> {
     /// The functions that were called on the way.
     calls: Vec<u32>,
     known: BTreeMap<Place, u32>,
-    /// Whether the way ends where interrupts are unmasked, or, in a function that is called, where it returns.
+    /// Whether the way ends where interrupts are unmasked, or, in a function that is called, where it
+    /// returns.
     unmasking: bool,
 }
 
@@ -111,7 +112,8 @@ impl<'a> Walk<'a> {
         Ok(1 + match instruction.flow {
             Flow::Next => self.longest(next)?,
             Flow::IfThen(count) => self.longest((behind, count))?,
-            // Over a `cpsie i`: only where interrupts were masked before, and then this is no section of its own.
+            // Over a `cpsie i`: only where interrupts were masked before, and then this is no section of its
+            // own.
             Flow::Branch(target)
                 if self.unmasking && target == behind + 2 && self.code.halfword(behind) == Some(UNMASK) =>
             {

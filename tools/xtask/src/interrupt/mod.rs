@@ -1,9 +1,11 @@
-//! `cargo xtask check-interrupt`: what the interrupts of the two highest priorities can run, proved on the linked image.
+//! `cargo xtask check-interrupt`: what the interrupts of the two highest priorities can run, proved on the
+//! linked image.
 //!
-//! All paths from the handlers of the tick, the emergency input and serial bytes are followed, through branches, branch tables and calls. They must
-//! meet no panic, no trap, no floating-point emulation, no division of floats, no library division and no lock, and
-//! every jump must be resolved. What is not proved: how often loops run, and that the decoder is right; its tests
-//! are in `thumb_tests.rs`. The stack that they can take is bounded on the same paths.
+//! All paths from the handlers of the tick, the emergency input and serial bytes are followed, through
+//! branches, branch tables and calls. They must meet no panic, no trap, no floating-point emulation, no
+//! division of floats, no library division and no lock, and every jump must be resolved. What is not proved:
+//! how often loops run, and that the decoder is right; its tests are in `thumb_tests.rs`. The stack that they
+//! can take is bounded on the same paths.
 
 mod code;
 mod masked;

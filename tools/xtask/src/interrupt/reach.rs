@@ -146,9 +146,9 @@ impl Walk<'_> {
         (self.function.start..self.function.end).contains(&address)
     }
 
-    /// The targets of the branch table at `start`: its entries up to the first that does not lead to code of this
-    /// function. What fills the table up is zero, which leads to the table itself; constants may follow, and where
-    /// they look like entries the check follows more than there is, never less.
+    /// The targets of the branch table at `start`: its entries up to the first that does not lead to code of
+    /// this function. What fills the table up is zero, which leads to the table itself; constants may follow,
+    /// and where they look like entries the check follows more than there is, never less.
     fn table(&self, start: u32, entry_bytes: u32) -> Result<Vec<u32>, Finding> {
         let entries = self.code.table_entries(start, entry_bytes).ok_or(Finding::Lost)?;
         let targets = entries.into_iter().map(|entry| start.wrapping_add(2 * entry));

@@ -1,13 +1,13 @@
-//! How deep the stack can get below the tick's handler: every instruction that lowers the stack pointer counted once in its
-//! function, along the deepest chain of calls.
+//! How deep the stack can get below the tick's handler: every instruction that lowers the stack pointer
+//! counted once in its function, along the deepest chain of calls.
 //!
-//! That is a bound, not the depth: a function that takes its frame on two separate paths counts both. A stack pointer that
-//! is set from a register, or a recursion, has no bound here and is said to have none.
+//! That is a bound, not the depth: a function that takes its frame on two separate paths counts both. A stack
+//! pointer that is set from a register, or a recursion, has no bound here and is said to have none.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the processor stores on entry to an exception: eight words, the eighteen of the floating-point registers, and one
-/// to align them (ARM DDI 0403E, B1.5.6 and B1.5.7).
+/// What the processor stores on entry to an exception: eight words, the eighteen of the floating-point
+/// registers, and one to align them (ARM DDI 0403E, B1.5.6 and B1.5.7).
 const ENTRY_BYTES: u32 = 4 * (8 + 18 + 1);
 
 /// What an instruction does to the stack pointer.
@@ -98,7 +98,8 @@ impl Frames {
         self.calls.entry(caller).or_default().insert(callee);
     }
 
-    /// The most that an exception handled by `entry` takes, with what the processor stores; `None` without a bound.
+    /// The most that an exception handled by `entry` takes, with what the processor stores; `None` without a
+    /// bound.
     pub fn deepest(&self, entry: u32) -> Option<u32> {
         Some(ENTRY_BYTES + self.below(entry, &mut Vec::new())?)
     }

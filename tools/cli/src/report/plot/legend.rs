@@ -19,7 +19,8 @@ pub(super) fn draw(svg: &mut String, chart: &Chart) {
     }
 }
 
-/// The first row is the title's and holds what fits beside it, all or nothing. A single curve needs no legend.
+/// The first row is the title's and holds what fits beside it, all or nothing. A single curve needs no
+/// legend.
 fn rows(chart: &Chart) -> Vec<Vec<Entry<'_>>> {
     let entries: Vec<_> = chart.coloured().filter(|(series, _)| !series.label.is_empty()).collect();
     if entries.len() < 2 {

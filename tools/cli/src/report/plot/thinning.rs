@@ -1,7 +1,7 @@
 //! No more points than pixels can show.
 
-/// Keeps, of the points that fall on one column of pixels, the first, the lowest, the highest and the last, so
-/// that the picture is that of all points. Cuts the line where a value is missing.
+/// Keeps, of the points that fall on one column of pixels, the first, the lowest, the highest and the last,
+/// so that the picture is that of all points. Cuts the line where a value is missing.
 pub(super) fn thinned(points: impl Iterator<Item = (f64, Option<f64>)>) -> Vec<Vec<(f64, f64)>> {
     let mut stretches = vec![Vec::new()];
     let mut column: Vec<(f64, f64)> = Vec::new();

@@ -1,7 +1,7 @@
 //! Where axis ticks go and how they are written.
 
-/// Round numbers within `low..=high` in steps of 1, 2 or 5 times a power of ten, about `wanted` of them, with the
-/// decimals that tell them apart.
+/// Round numbers within `low..=high` in steps of 1, 2 or 5 times a power of ten, about `wanted` of them, with
+/// the decimals that tell them apart.
 pub(super) fn linear(low: f64, high: f64, wanted: f64) -> Vec<(f64, String)> {
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) {

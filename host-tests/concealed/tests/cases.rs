@@ -50,8 +50,8 @@ fn a_loop_comes_with_its_reference_and_a_decay_without_any_input() {
     assert!(!text.contains("[input]") && !text.contains("[controller]"), "{text}");
 }
 
-/// Hardly a law of a slide in a position loop hides from a refit of one recording: case 31 asks for one that
-/// does, and gets it from another family.
+/// Hardly a law of a slide in a position loop hides from a refit of one recording: where one is asked for
+/// that does, it comes from another family.
 #[test]
 fn a_kind_that_a_family_does_not_have_is_drawn_from_another() {
     let case = make(1, 31).unwrap();
@@ -59,8 +59,8 @@ fn a_kind_that_a_family_does_not_have_is_drawn_from_another() {
     assert!(case.truth.measured.hidden_share.iter().all(|share| *share >= 0.7));
 }
 
-/// The first drawing of case 3 of seed 2 is a base that two frictions hold fast: 12 micrometres of noise, and
-/// nothing else, where the lab's model moves 9 mm.
+/// The first drawing here is a base that two frictions hold fast: 12 micrometres of noise, and nothing else,
+/// where the lab's model moves 9 mm.
 #[test]
 fn a_machine_that_friction_holds_fast_is_drawn_again() {
     let case = make(2, 3).unwrap();
@@ -78,9 +78,8 @@ fn a_machine_that_friction_holds_fast_is_drawn_again() {
     }
 }
 
-/// The third recording of this one goes nearly twice as far as the second, whose greatest command a limit
-/// used to be measured by: at the smallest strength there is it cut a third of the third one off, and left
-/// 174 times the noise.
+/// The third recording of this one goes nearly twice as far as the second: measured by the greatest command
+/// of that, the smallest limit there is cuts a third of the third one off, and leaves 174 times the noise.
 #[test]
 fn a_limit_of_the_drive_is_as_visible_as_was_asked_for() {
     let case = make(3, 77).unwrap();

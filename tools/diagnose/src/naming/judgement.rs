@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::gates::{Closer, DOUBT, improvement, is_only_unconfirmed, is_only_undetermined};
+use super::gates::{Closer, DOUBT, is_only_unconfirmed, is_only_undetermined};
+use super::improvement::improvement;
 use super::nested::contains;
 use super::rivals::Rivals;
 use super::rounds::{Place, Tried};
@@ -379,7 +380,7 @@ mod tests {
         });
     }
 
-    /// As case 200 of seed 18: what holds the machine in one recording lets go of it half as hard again.
+    /// What holds the machine in one recording lets go of it half as hard again.
     #[test]
     fn friction_that_holds_the_machine_in_one_recording_is_stable_and_a_spring_that_lets_go_is_not() {
         let friction = Physics::new("stribeck_friction", "mass").with("force", 2.5);

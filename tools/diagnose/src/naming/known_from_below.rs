@@ -98,8 +98,7 @@ mod tests {
         assert!(gate.passed && gate.detail.contains("a tenth"), "{gate:?}");
     }
 
-    /// As case 170 of seed 18: from some stiffness up all fit, and the best value says little of where that
-    /// begins.
+    /// From some stiffness up all fit, and the best value says little of where that begins.
     #[test]
     fn a_strength_of_which_only_a_hundredth_does_clearly_worse_is_known_from_below() {
         let stiff = Physics::new("end_stop", "mass").with("distance", 0.07).with("stiffness", 1e5);

@@ -9,6 +9,7 @@ mod gross_laws;
 mod guided;
 mod guides;
 mod hidden_laws;
+mod improvement;
 mod input_between;
 mod judgement;
 mod known_from_below;

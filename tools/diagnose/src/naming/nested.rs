@@ -498,7 +498,7 @@ mod tests {
         });
     }
 
-    /// As case 265 of seed 17: a cable that was laid 2.2 mm from where the recordings begin.
+    /// A cable that was laid elsewhere than where the recordings begin.
     #[test]
     fn a_cable_beside_a_steady_force_is_a_cable_that_pulls_elsewhere() {
         let cable = Physics::new("cable_spring", "mass").with("stiffness", 40.0);

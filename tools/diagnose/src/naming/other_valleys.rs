@@ -303,7 +303,7 @@ mod tests {
         }
     }
 
-    /// As case 8 of seed 17: the period was 13 % short, and 4 times the noise was left.
+    /// Fitted to all at once, the period ends percents short.
     #[test]
     fn a_wave_over_the_travel_of_a_body_that_nothing_holds_is_found_from_the_beginnings_of_its_recordings() {
         let wave = |period: f64| {
@@ -356,8 +356,8 @@ mod tests {
         }
     }
 
-    /// As case 170 of seed 16: with a joint that gives way on the wrong side the model's own parameters had
-    /// gone where the law turned around found no way.
+    /// With a joint that gives way on the wrong side the model's own parameters go where the law turned
+    /// around finds no way.
     #[test]
     fn a_law_turned_around_is_begun_beside_the_machine_without_it_too() {
         let truth = Physics::new("bilinear_stiffness", "mass").with("contact", 0.02).with("stiffness", 40.0);

@@ -6,7 +6,8 @@ use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{Closer, DOUBT, FOR_ANOTHER, Improvement, Trialled, gates, improvement, pulls_back};
+use super::gates::{Closer, DOUBT, FOR_ANOTHER, Trialled, gates, pulls_back};
+use super::improvement::{Improvement, improvement};
 use super::other_refits::take_better;
 use super::rivals::{Rivalry, is_decided};
 use super::screening::{Leaving, Screened, screen};

@@ -3,7 +3,7 @@
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::compare;
+use super::improvement::compare;
 use super::selection::Search;
 use super::trials::Candidate;
 use crate::effort::Effort;

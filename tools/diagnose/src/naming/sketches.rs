@@ -5,7 +5,8 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::Physics;
 use stillbeam_recording::Role;
 
-use super::gates::{NOTICEABLE, improvement};
+use super::gates::NOTICEABLE;
+use super::improvement::improvement;
 use super::rounds::directions;
 use super::screening::Screened;
 use super::selection::Search;

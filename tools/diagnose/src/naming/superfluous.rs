@@ -57,8 +57,7 @@ mod tests {
         law.with("static_force", static_force).with("velocity", 0.05)
     }
 
-    /// As case 67 of seed 18, in which damping that grows with the motion stood beside dry friction for the
-    /// friction's dip.
+    /// Damping that grows with the motion may stand beside dry friction for the friction's dip.
     #[test]
     fn what_does_the_rest_of_a_dip_beside_dry_friction_is_not_missed_beside_the_dip() {
         let mut truth = machine();

@@ -258,8 +258,7 @@ mod tests {
         Physics::new("cogging", "mass").with("force", 0.37).with("period", period).with("phase", 0.2)
     }
 
-    /// As case 145 of seed 20: 15.2 mm were fitted for 21.7, and fits to the beginnings of the recordings
-    /// took the time.
+    /// Fits to the beginnings of the recordings would take the time.
     #[test]
     fn a_wave_is_found_where_the_machine_was_seen_to_go_whatever_period_it_was_fitted_with() {
         let truth = wave(0.047);
@@ -282,7 +281,7 @@ mod tests {
         });
     }
 
-    /// Beside case 37 of seed 21 its fit, from a period far off, had all of the time.
+    /// A fit from a period far off would take all of the time.
     #[test]
     fn a_motors_ripple_along_the_travel_of_what_nothing_holds_is_read_off() {
         let truth = Physics::new("force_ripple", "drive")
@@ -302,8 +301,8 @@ mod tests {
         });
     }
 
-    /// As case 5 of seed 21: a wave that is stiffer than the loop holds the slide in its hollows. The refit
-    /// made a weight of a hundredth of it, beside which a wave of half the period was found.
+    /// A wave that is stiffer than the loop holds the slide in its hollows. The refit makes a weight of a
+    /// hundredth of it, beside which a wave of half the period is found.
     #[test]
     fn a_wave_from_the_hollows_of_which_a_loop_pulls_a_slide_is_read_off() {
         let mut soft = axis();

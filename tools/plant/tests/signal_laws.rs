@@ -67,6 +67,30 @@ fn timing_laws_read_the_true_output_at_other_times() {
     }
 }
 
+/// Before the first sample the output stands still.
+#[test]
+fn a_reading_is_the_mean_over_its_exposure_however_short_or_long_that_is() {
+    let (time_s, rate_hz) = (ticks(4001, 1000.0), 1000.0);
+    let truth = run(&two_outputs(vec![]), &time_s, "force_N", chirp);
+    let truth = truth.column("true_m").unwrap();
+    let mean = |index: usize, exposure_s: f64| {
+        let samples = (exposure_s * rate_hz).round() as usize;
+        let back = |before: usize| truth[index.saturating_sub(before)];
+        let inner: f64 = (1..samples).map(back).sum();
+        (inner + 0.5 * (back(0) + back(samples))) / samples as f64
+    };
+    for exposure_s in [0.001, 0.002, 0.25, 3.0, 30.0] {
+        let physics = Physics::new("exposure_blur", "sensor").with("exposure", exposure_s);
+        let seen = run(&two_outputs(vec![physics]), &time_s, "force_N", chirp);
+        let seen = seen.column("seen_m").unwrap();
+        for index in [1, 17, 1600, 3999, 4000] {
+            // Trapezia are h² y''/12 off.
+            let error = (seen[index] - mean(index, exposure_s)).abs();
+            assert!(error < 2e-5 * peak(truth), "{exposure_s} s, sample {index}: {error:e}");
+        }
+    }
+}
+
 #[test]
 fn a_long_exposure_weakens_and_delays_a_tone_as_the_sinc_says() {
     let exposure = 0.02;

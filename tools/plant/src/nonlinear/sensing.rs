@@ -86,15 +86,18 @@ impl Sensing {
             pairs.map(|(&y, &base)| channel.optics.iter().fold(y, |y, law| law(y, base))).collect()
         };
         let seen = Dense { time_s: dense.time_s, samples: &seen, base: dense.base };
-        let mut place = 0;
-        let mut readings: Vec<f64> = wanted_s
-            .iter()
-            .map(|&stamp_s| {
-                let origin_s = dense.time_s[0];
-                let end_s = origin_s + (stamp_s - origin_s) * channel.scale.unwrap_or(1.0) - channel.delay_s;
-                seen.mean(end_s - channel.exposure_s, end_s, &mut place)
-            })
-            .collect();
+        let origin_s = dense.time_s[0];
+        let end_s =
+            |stamp_s: f64| origin_s + (stamp_s - origin_s) * channel.scale.unwrap_or(1.0) - channel.delay_s;
+        let ends_s = wanted_s.iter().map(|&stamp_s| end_s(stamp_s));
+        let mut readings: Vec<f64> = if channel.exposure_s > 0.0 {
+            let exposed = Exposed::new(&seen);
+            let mut places = [0; 2];
+            ends_s.map(|end_s| exposed.mean(end_s - channel.exposure_s, end_s, &mut places)).collect()
+        } else {
+            let mut place = 0;
+            ends_s.map(|end_s| seen.at(end_s, &mut place)).collect()
+        };
         let Some(sensor) = &channel.sensor else {
             return channel.read_out(readings);
         };
@@ -165,25 +168,6 @@ pub(crate) struct Dense<'a> {
 }
 
 impl Dense<'_> {
-    /// Mean over a stretch, or the value at its end if it has no length. `place` is where the last search
-    /// ended.
-    fn mean(&self, from_s: f64, to_s: f64, place: &mut usize) -> f64 {
-        let length_s = to_s - from_s;
-        if length_s <= 0.0 {
-            return self.at(to_s, place);
-        }
-        let spacing_s =
-            (self.time_s[self.time_s.len() - 1] - self.time_s[0]) / (self.time_s.len() - 1).max(1) as f64;
-        let pieces = (length_s / spacing_s.max(1e-9)).ceil().clamp(1.0, 1e4);
-        let mut sum = 0.0;
-        for piece in 0..pieces as usize {
-            for (point, weight) in RULE {
-                sum += weight * self.at(from_s + length_s * (piece as f64 + point) / pieces, place);
-            }
-        }
-        sum / pieces
-    }
-
     /// The input at any time: a straight line between samples, or the sample before.
     pub(crate) fn before(&self, time_s: f64, place: &mut usize, held: bool) -> f64 {
         let last = self.time_s.len() - 1;
@@ -210,13 +194,69 @@ impl Dense<'_> {
         if time_s >= times[last] {
             return values[last];
         }
-        while times[*place] > time_s {
+        self.find(time_s, place);
+        cubic_at(times, values, *place, time_s)
+    }
+
+    /// Moves `place`, where the last search ended, to the last sample at or before a time within the run.
+    fn find(&self, time_s: f64, place: &mut usize) {
+        while self.time_s[*place] > time_s {
             *place -= 1;
         }
-        while times[*place + 1] <= time_s {
+        while self.time_s[*place + 1] <= time_s {
             *place += 1;
         }
-        cubic_at(times, values, *place, time_s)
+    }
+
+    /// Integral of the same cubics from one time to another, no sample lying between.
+    fn integral(&self, from_s: f64, to_s: f64, place: usize) -> f64 {
+        let at = |point: f64| cubic_at(self.time_s, self.samples, place, from_s + point * (to_s - from_s));
+        (to_s - from_s) * RULE.iter().map(|(point, weight)| weight * at(*point)).sum::<f64>()
+    }
+}
+
+/// An output, and its integral up to every sample: the mean over an exposure of seconds is no more work than
+/// over one of microseconds.
+struct Exposed<'d, 'a> {
+    dense: &'d Dense<'a>,
+    integral: Vec<f64>,
+}
+
+impl<'d, 'a> Exposed<'d, 'a> {
+    fn new(dense: &'d Dense<'a>) -> Self {
+        let intervals = dense.time_s.windows(2).enumerate();
+        let whole = intervals.map(|(place, ends)| dense.integral(ends[0], ends[1], place));
+        let sums = whole.scan(0.0, |sum, whole| {
+            *sum += whole;
+            Some(*sum)
+        });
+        Self { dense, integral: std::iter::once(0.0).chain(sums).collect() }
+    }
+
+    /// Mean over a stretch of some length. `places` are where the last searches for its ends ended.
+    fn mean(&self, from_s: f64, to_s: f64, places: &mut [usize; 2]) -> f64 {
+        let (times, values) = (self.dense.time_s, self.dense.samples);
+        let last = times.len() - 1;
+        let (first_s, last_s) = (times[0], times[last]);
+        // Before the first sample and after the last the output stands still.
+        let before = values[0] * (first_s.min(to_s) - from_s).max(0.0);
+        let after = values[last] * (to_s - last_s.max(from_s)).max(0.0);
+        let (begin_s, end_s) = (from_s.max(first_s), to_s.min(last_s));
+        if end_s <= begin_s {
+            return (before + after) / (to_s - from_s);
+        }
+        let [begin, end] = places;
+        self.dense.find(begin_s.min(times[last - 1]), begin);
+        self.dense.find(end_s.min(times[last - 1]), end);
+        let within = if begin == end {
+            self.dense.integral(begin_s, end_s, *begin)
+        } else {
+            let whole = self.integral[*end] - self.integral[*begin + 1];
+            let ends = self.dense.integral(begin_s, times[*begin + 1], *begin)
+                + self.dense.integral(times[*end], end_s, *end);
+            whole + ends
+        };
+        (before + within + after) / (to_s - from_s)
     }
 }
 

@@ -187,11 +187,15 @@ fn sentence(candidate: &Candidate, parameters: &BTreeMap<String, ParameterEstima
             )
         })
         .collect();
+    let of_what_size = match &numbers[..] {
+        // Play that is never crossed does the same however wide it is.
+        [] => "the recordings do not tell how large it is".to_owned(),
+        numbers => numbers.join(", "),
+    };
     format!(
-        "{} at the {} was left out: {}. Without it the error is {:.1} times as large. {}",
+        "{} at the {} was left out: {of_what_size}. Without it the error is {:.1} times as large. {}",
         capitalised(&candidate.law.id().replace('_', " ")),
         candidate.location,
-        numbers.join(", "),
         10f64.powf(gain_db / 20.0),
         candidate.law.sentence(),
     )
@@ -376,11 +380,32 @@ mod tests {
         is_unrivalled: true,
     };
 
+    fn candidate(id: &str, location: &str, column: Option<&str>) -> Candidate {
+        Candidate {
+            law: stillbeam_plant::catalogue::laws().iter().copied().find(|law| law.id() == id).unwrap(),
+            location: location.to_owned(),
+            column: column.map(str::to_owned),
+            trials: Vec::new(),
+            ranges: Vec::new(),
+            step_stderr: None,
+        }
+    }
+
     #[test]
     fn laws_that_leave_noise_explain_unless_others_do_as_well_or_were_not_looked_for() {
         assert_eq!(weighed(&NOISE), Verdict::Explained);
         assert_eq!(weighed(&Weighed { is_tied: true, ..NOISE }), Verdict::Ambiguous);
         assert_eq!(weighed(&Weighed { is_cut_short: true, ..NOISE }), Verdict::Improved);
+    }
+
+    #[test]
+    fn a_law_whose_size_no_recording_shows_is_said_to_be_of_unknown_size() {
+        let play = candidate("backlash", "motor-load", None);
+        let said = sentence(&play, &BTreeMap::new(), 20.0);
+        assert!(said.contains("was left out: the recordings do not tell how large it is. Without it"), "{said}");
+        let gap = ParameterEstimate { value: 1e-3, stderr: 1e-5, unit: "m".to_owned() };
+        let said = sentence(&play, &BTreeMap::from([("gap".to_owned(), gap)]), 20.0);
+        assert!(said.contains("was left out: gap 0.001000 ± 0.000010 m. Without it"), "{said}");
     }
 
     /// A spring that gives way half way through a run looks for 57 % like one that weakens all the time, play
@@ -418,14 +443,6 @@ mod tests {
 
     #[test]
     fn a_law_of_the_tip_is_the_same_of_the_beam_and_one_of_another_output_is_not() {
-        let candidate = |id: &str, location: &str, column: Option<&str>| Candidate {
-            law: stillbeam_plant::catalogue::laws().iter().copied().find(|law| law.id() == id).unwrap(),
-            location: location.to_owned(),
-            column: column.map(str::to_owned),
-            trials: Vec::new(),
-            ranges: Vec::new(),
-            step_stderr: None,
-        };
         let spring = |location: &str| candidate("cubic_stiffness", location, None);
         let late = |column: &str| candidate("delay", "sensor", Some(column));
         let named = |laws: &[Candidate]| as_of_the_beam(laws.iter());

@@ -402,7 +402,10 @@ mod tests {
     fn a_law_whose_size_no_recording_shows_is_said_to_be_of_unknown_size() {
         let play = candidate("backlash", "motor-load", None);
         let said = sentence(&play, &BTreeMap::new(), 20.0);
-        assert!(said.contains("was left out: the recordings do not tell how large it is. Without it"), "{said}");
+        assert!(
+            said.contains("was left out: the recordings do not tell how large it is. Without it"),
+            "{said}"
+        );
         let gap = ParameterEstimate { value: 1e-3, stderr: 1e-5, unit: "m".to_owned() };
         let said = sentence(&play, &BTreeMap::from([("gap".to_owned(), gap)]), 20.0);
         assert!(said.contains("was left out: gap 0.001000 ± 0.000010 m. Without it"), "{said}");

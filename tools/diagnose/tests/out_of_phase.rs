@@ -143,7 +143,7 @@ fn pushed(truth: &Model, force_n: f64, noise_m: f64, random: &mut Xoshiro256Plus
 }
 
 #[test]
-fn a_spring_that_bends_a_resonance_beyond_recognition_is_found_in_pieces_of_driven_recordings() {
+fn a_spring_that_bends_a_resonance_beyond_recognition_is_found_where_something_drives_it() {
     for (seed, share) in [(30, 0.5), (31, -0.18)] {
         let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
         // About 3 Hz; at 20 mm the cubic spring has this share of the linear one's force.

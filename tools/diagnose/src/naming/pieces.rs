@@ -1,26 +1,25 @@
-//! Where laws are looked for when the refit is out of phase with the recordings.
+//! Where laws are looked for when the refit is out of phase with free decays.
 //!
 //! A pendulum swings slower the wider it swings. A linear model of whatever frequency is out of step with it
 //! after some periods, and around a model that is out of step no law does what the recording shows: the
 //! screen sees little of the true one and as much of many others. Over a few periods one frequency does for
 //! all. The recordings are cut into pieces, every one with an initial state of its own, that show the machine
 //! at large and at small amplitudes; what is missing there is missing everywhere. Multiple shooting cuts a
-//! recording for the same reason (H. G. Bock, 1983). A resonance that a cubic spring has bent is out of step
-//! in the same way while it is driven. The laws found in the pieces are then followed through the whole
-//! recordings: of free decays over a lengthening horizon, driven ones keep a model that is nearly right in
-//! step.
+//! recording for the same reason (H. G. Bock, 1983). The laws found in the pieces are then followed through
+//! the whole recordings over a lengthening horizon. Where something drives a machine, it is held to the
+//! recorded motion instead ([`super::guided`]).
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
 use super::rounds::Tried;
-use super::screening::{Leaving, Screened, screen};
+use super::screening::Screened;
 use super::selection::Search;
 use super::sets::Member;
 use crate::comparison::compare;
 use crate::effort::Effort;
-use crate::fit::{Fitted, fit};
+use crate::fit::Fitted;
 use crate::noise::{NoiseFloor, OutputResidual};
 use crate::record::Record;
 use crate::simulation::Hypothesis;
@@ -36,8 +35,6 @@ const IN_PHASE: f64 = 0.6;
 const LENGTHS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 /// ... of which so many are taken at most, spread evenly over the recording.
 const MOST_PIECES: usize = 6;
-/// A law takes most of what a refit leaves where it takes this share of the squares.
-const MOST: f64 = 0.5;
 /// Laws that are followed through the whole recordings: over a few periods several do the same.
 const FOLLOWED: usize = 3;
 
@@ -57,10 +54,10 @@ pub(super) struct FoundInPieces {
 }
 
 impl Search<'_> {
-    /// The law found in pieces of the recordings, followed through the whole of them; `None` where the refit
-    /// is in phase, and where no law is found.
+    /// The law found in pieces of free decays, followed through the whole of them; `None` where something
+    /// drives the recordings, where the refit is in phase, and where no law is found.
     pub(super) fn found_in_pieces(&self, refitted: &Member) -> Option<FoundInPieces> {
-        if !self.is_out_of_phase(refitted) {
+        if !self.study.is_free() || !self.is_out_of_phase(refitted) {
             return None;
         }
         LENGTHS.iter().take_while(|_| !self.is_over()).find_map(|&periods| self.found_in(periods))
@@ -79,7 +76,6 @@ impl Search<'_> {
             return None;
         }
         let held_out = compared.refitted_on_all.held_out.clone();
-        let is_free = study.is_free();
         let search = Search {
             study: &mut study,
             floors: compared.floors.clone(),
@@ -90,9 +86,6 @@ impl Search<'_> {
             ..*self
         };
         let refitted = Member { laws: Vec::new(), fitted: compared.refitted, held_out };
-        if !is_free && !search.sees_most(&refitted) {
-            return None;
-        }
         let (screened, mut found) = search.round(&refitted);
         found.sort_by(|a, b| a.member.fitted.sum_of_squares.total_cmp(&b.member.fitted.sum_of_squares));
         let of_first = |fits: &[RecordFit], firsts: &[usize]| -> Vec<RecordFit> {
@@ -112,15 +105,10 @@ impl Search<'_> {
         let followed = found.into_iter().take(FOLLOWED).filter_map(|found| {
             let Member { laws, fitted, held_out } = found.member;
             let begun = Fitted { records: of_first(&fitted.records, &firsts), ..fitted };
-            let fitted = if is_free {
-                begun.over_a_lengthening_horizon(&whole, search.study.square_in_phase())?
-            } else {
-                // What drives a machine keeps one in step that is known so well.
-                fit(&whole, &begun.hypothesis, &begun.free, &begun.values, &[], Effort::BENT)?
-            };
+            let fitted = begun.over_a_lengthening_horizon(&whole, search.study.square_in_phase())?;
             // Which of them is it shows where they are fitted to the end.
             let finished = search.fitted_on(&fitted, Effort::FULL).unwrap_or(fitted);
-            let held_out = of_first(&held_out, &held_out_firsts).into_iter().filter(|_| is_free);
+            let held_out = of_first(&held_out, &held_out_firsts).into_iter();
             let held_out_starts = held_out.map(|fit| fit.initial).collect();
             Some((laws, finished, held_out_starts))
         });
@@ -129,16 +117,6 @@ impl Search<'_> {
         let others_left = followed.iter().skip(1).map(|(_, fitted, _)| fitted.sum_of_squares).collect();
         let (laws, fitted, held_out_starts) = followed.into_iter().next()?;
         Some(FoundInPieces { laws, fitted, floors, held_out_starts, screened, others_left })
-    }
-
-    /// Whether one law, as the screen sees it, would take most of what a refit leaves: pieces of a driven
-    /// recording that show none so are too long.
-    fn sees_most(&self, refitted: &Member) -> bool {
-        let is_given_up = || self.is_over();
-        let leaving = Leaving { least_explained: 0.0, is_given_up: &is_given_up };
-        let stack = self.study.stack(Role::Train);
-        let screened = screen(&stack, &refitted.fitted, self.candidates, self.study.slowest_hz, &leaving);
-        screened.iter().any(|seen| seen.explained > MOST * refitted.fitted.sum_of_squares)
     }
 }
 

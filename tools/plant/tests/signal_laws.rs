@@ -91,6 +91,20 @@ fn a_reading_is_the_mean_over_its_exposure_however_short_or_long_that_is() {
     }
 }
 
+/// Beside a time of seconds an exposure may be too short for a number to hold both.
+#[test]
+fn an_exposure_that_rounds_to_nothing_reads_the_output_itself() {
+    let time_s = ticks(101, 100.0);
+    for exposure_s in [0.0, 1e-300, 1e-18] {
+        let physics = Physics::new("exposure_blur", "sensor").with("exposure", exposure_s);
+        let seen = run(&two_outputs(vec![physics]), &time_s, "force_N", chirp);
+        let (seen, truth) = (seen.column("seen_m").unwrap(), seen.column("true_m").unwrap());
+        let largest = peak(truth);
+        let is_same = |(seen, truth): (&f64, &f64)| (seen - truth).abs() < 1e-12 * largest;
+        assert!(seen.iter().zip(truth).all(is_same), "{exposure_s} s");
+    }
+}
+
 #[test]
 fn a_long_exposure_weakens_and_delays_a_tone_as_the_sinc_says() {
     let exposure = 0.02;

@@ -108,8 +108,8 @@ impl Search<'_> {
             let fitted = begun.over_a_lengthening_horizon(&whole, search.study.square_in_phase())?;
             // Which of them is it shows where they are fitted to the end.
             let finished = search.fitted_on(&fitted, Effort::FULL).unwrap_or(fitted);
-            let held_out = of_first(&held_out, &held_out_firsts).into_iter();
-            let held_out_starts = held_out.map(|fit| fit.initial).collect();
+            let held_out = of_first(&held_out, &held_out_firsts);
+            let held_out_starts = held_out.into_iter().map(|fit| fit.initial).collect();
             Some((laws, finished, held_out_starts))
         });
         let mut followed: Vec<(Vec<usize>, Fitted, Vec<Vec<f64>>)> = followed.collect();

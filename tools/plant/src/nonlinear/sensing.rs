@@ -233,8 +233,12 @@ impl<'d, 'a> Exposed<'d, 'a> {
         Self { dense, integral: std::iter::once(0.0).chain(sums).collect() }
     }
 
-    /// Mean over a stretch of some length. `places` are where the last searches for its ends ended.
+    /// Mean over a stretch, or the value at its end where that is too short to be one. `places` are where the
+    /// last searches for its ends ended.
     fn mean(&self, from_s: f64, to_s: f64, places: &mut [usize; 2]) -> f64 {
+        if to_s <= from_s {
+            return self.dense.at(to_s, &mut places[1]);
+        }
         let (times, values) = (self.dense.time_s, self.dense.samples);
         let last = times.len() - 1;
         let (first_s, last_s) = (times[0], times[last]);

@@ -107,9 +107,9 @@ impl Problem<'_, '_> {
     }
 
     /// Whether steps bend with the valley. Second derivatives need first ones of the very point, and a
-    /// simulation that does not jump: not that of readings in steps, nor a law's that is searched, dry
-    /// friction above all. And along a valley what several parameters do all but cancels, which differences
-    /// to one side do not show.
+    /// simulation that does not jump: not that of readings in steps, nor a law's that is searched, play and
+    /// stops above all. And along a valley what several parameters do all but cancels, which differences to
+    /// one side do not show.
     fn bends(&self) -> bool {
         let is_smooth = self.hypothesis.unrounded().is_none() && self.free.iter().all(|p| !p.is_added);
         is_smooth && self.free.len() > 1 && self.absorbing.is_none() && self.moving.is_empty()

@@ -68,15 +68,6 @@ impl FreeParameter {
         if is_guess { GUESSED_WITHIN } else { MEASURED_WITHIN }
     }
 
-    /// The same, bound to the range in which its given value can be wrong.
-    pub(crate) fn within_drawing(mut self) -> Self {
-        if self.given > 0.0 {
-            self.lower = self.lower.max(self.given / self.known_within());
-            self.upper = self.upper.min(self.given * self.known_within());
-        }
-        self
-    }
-
     /// Whether the parameter sets how fast the structure vibrates, so that a wrong start may end in a wrong
     /// valley.
     pub(crate) fn sets_frequency(&self) -> bool {

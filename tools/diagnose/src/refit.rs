@@ -172,18 +172,6 @@ pub(crate) fn refit_from_drawing(
     refit_at(stack, hypothesis, &candidates, start, &[], effort).ok().map(|(fitted, _)| fitted)
 }
 
-/// Refits the model within the range in which its given values can be wrong. Fits that go on from there may
-/// leave it.
-pub(crate) fn refit_within_drawing(stack: &Stack<'_>, given: &Hypothesis) -> Option<Fitted> {
-    let candidates = free_parameters(given);
-    let bounded: Vec<FreeParameter> = candidates.iter().cloned().map(FreeParameter::within_drawing).collect();
-    let (mut fitted, _) = refit(stack, given, &bounded).ok()?;
-    for free in &mut fitted.free {
-        *free = candidates.iter().find(|candidate| candidate.path == free.path)?.clone();
-    }
-    Some(fitted)
-}
-
 /// Whether a parameter of the model is further from its given value than that can be wrong.
 pub(crate) fn is_far_anywhere(fitted: &Fitted) -> bool {
     fitted.free.iter().zip(&fitted.values).any(|(parameter, value)| is_far(parameter, *value))

@@ -15,15 +15,17 @@ use stillbeam_identify::tall::dot;
 use stillbeam_plant::{Physics, StateSpace};
 use stillbeam_recording::Role;
 
-use super::other_refits::take_better;
 use super::rounds::Tried;
+use super::second_tries::take_better;
 use super::selection::Search;
 use super::sets::Member;
 use super::trials::{Candidate, Trial};
+use crate::adequacy::Rest;
 use crate::effort::Effort;
-use crate::fit::Others;
+use crate::fit::{LOUD, Others};
 use crate::locate::latent_force::{Moment, law_forces, motions_from_rest};
 use crate::record::Record;
+use crate::verdict::MOST_OF_ITS_OWN;
 
 /// A law's force has at least this share of the power of the force that is asked for at its place.
 const ALIKE: f64 = 0.5;
@@ -53,9 +55,29 @@ pub(super) struct AtPlace<'c> {
 }
 
 impl Search<'_> {
+    /// Takes over laws that look like the force which a refit lacks, where nothing that was tried around it
+    /// takes so much away that it would be named by itself.
+    pub(super) fn take_laws_alike(&self, refitted: &Member, tried: &mut Vec<Tried>) {
+        let is_missing_most = self.rest(refitted) != Rest::Noise && !self.takes_most(refitted, tried);
+        if is_missing_most && !self.is_over() {
+            take_better(tried, self.tried_by_latent_force(refitted, refitted));
+        }
+    }
+
+    /// Whether one of the laws passes its gates and takes so much away that it would be named by itself.
+    fn takes_most(&self, refitted: &Member, tried: &[Tried]) -> bool {
+        let samples = self.study.stack(Role::Train).present() as f64;
+        let left = |member: &Member| member.fitted.sum_of_squares;
+        // Where the noise is known from the refit alone, what that leaves is as loud as noise, whatever it
+        // is.
+        let noise = if left(refitted) > LOUD * samples { samples } else { 0.0 };
+        let most = MOST_OF_ITS_OWN * (left(refitted) - noise);
+        tried.iter().any(|tried| tried.passes() && left(refitted) - left(&tried.member) > most)
+    }
+
     /// Laws that look like the force which `around`, a refit, lacks, fitted and judged against `refitted`. A
     /// wave that the recorded travel shows, and that leaves nothing to look for, is the only one.
-    pub(super) fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
+    fn tried_by_latent_force(&self, around: &Member, refitted: &Member) -> Vec<Tried> {
         let waves = (0..self.candidates.len()).into_par_iter().filter(|&law| self.is_wave(law));
         let read_off = waves.filter(|_| !self.is_over()).filter_map(|law| self.wave_read_off(around, law));
         let read_off: Vec<Member> = read_off.collect();
@@ -167,9 +189,20 @@ fn trials_along(candidate: &Candidate, moments: &[Vec<Moment>]) -> Vec<Trial> {
 
 #[cfg(test)]
 mod tests {
-    use stillbeam_plant::Physics;
+    use stillbeam_plant::{Model, Physics};
 
-    use crate::naming::on_a_spring::{machine, noisy_runs, searched};
+    use super::*;
+    use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
+
+    const NOISE_M: f64 = 1e-5;
+
+    /// The machine 3 % softer than given, with laws.
+    fn softer(laws: Vec<Physics>) -> Model {
+        let mut truth = machine();
+        truth.set_parameter("spring.mass-ground.stiffness", 291.0).unwrap();
+        truth.setup_mut().physics = laws;
+        truth
+    }
 
     #[test]
     fn a_stop_that_is_bounced_off_is_known_by_its_force_and_fitted_from_there() {
@@ -198,6 +231,35 @@ mod tests {
         let noisy = |amplitudes: &[f64]| noisy_runs(&machine(), amplitudes, 1e-5);
         searched(&noisy(&[1.0, 9.0]), &noisy(&[7.0]), |search, refitted| {
             assert!(search.laws_alike(&refitted).is_empty());
+        });
+    }
+
+    #[test]
+    fn a_law_takes_most_away_where_it_takes_three_quarters_and_passes() {
+        let spring = Physics::new("cubic_stiffness", "mass").with("stiffness", 3e4);
+        let truth = softer(vec![spring.clone()]);
+        let noisy = |amplitudes: &[f64]| noisy_runs(&truth, amplitudes, NOISE_M);
+        searched(&noisy(&[3.0, 6.0]), &noisy(&[4.5]), |search, refitted| {
+            let settled = fitted_with(search, &refitted, &spring);
+            let judged = |set: Member| {
+                let candidate = set.laws[0];
+                let mut tried = search.judged_on(&refitted, set, candidate);
+                tried.gates.iter_mut().for_each(|gate| gate.passed = true);
+                tried
+            };
+            let stopped_by = |part: f64| {
+                let of_law = |path: &str| if path.starts_with("physics.") { part } else { 1.0 };
+                judged(stopped_at(search, &settled, of_law))
+            };
+            let (most, little) = (stopped_by(1.0), stopped_by(0.85));
+            let share =
+                |tried: &Tried| 1.0 - tried.member.fitted.sum_of_squares / refitted.fitted.sum_of_squares;
+            assert!(share(&most) > 0.9 && (0.1..0.7).contains(&share(&little)));
+            assert!(search.takes_most(&refitted, std::slice::from_ref(&most)));
+            assert!(!search.takes_most(&refitted, &[little]));
+            let mut refused = most;
+            refused.gates[0].passed = false;
+            assert!(!search.takes_most(&refitted, &[refused]), "it does not pass");
         });
     }
 }

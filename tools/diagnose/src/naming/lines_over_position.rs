@@ -125,7 +125,8 @@ mod tests {
         searched_around(&given, &noisy(&[0.6, 6.0]), &noisy(&[4.0]), |search, refitted| {
             let waves = search.candidates.iter().find(|candidate| candidate.law.id() == "cogging").unwrap();
             assert!(waves.trials.iter().all(|trial| trial.period().unwrap() > 1.5e-3));
-            let tried = search.tried_around_other_refits(&refitted, Vec::new());
+            let mut tried = Vec::new();
+            search.take_laws_alike(&refitted, &mut tried);
             let found = tried.iter().find(|tried| search.candidates[tried.candidate].law.id() == "cogging");
             let found = found.expect("its line stands out");
             assert!(found.passes(), "{:?}", found.gates);

@@ -18,7 +18,6 @@ mod lines_over_position;
 mod nested;
 #[cfg(test)]
 pub(crate) mod on_a_spring;
-mod other_refits;
 mod other_valleys;
 mod pieces;
 pub(crate) mod rivals;

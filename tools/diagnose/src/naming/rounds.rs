@@ -8,9 +8,9 @@ use stillbeam_recording::Role;
 
 use super::gates::{Closer, DOUBT, FOR_ANOTHER, Trialled, gates, pulls_back};
 use super::improvement::{Improvement, improvement};
-use super::other_refits::take_better;
 use super::rivals::{Rivalry, is_decided};
 use super::screening::{Leaving, Screened, screen};
+use super::second_tries::take_better;
 use super::selection::Search;
 use super::sets::Member;
 use super::sketches::Sketched;
@@ -170,7 +170,7 @@ impl Search<'_> {
         }
         tried.extend(self.hidden_laws(base, &screened, &tried));
         if !is_decided(base, &tried) {
-            tried = self.tried_around_other_refits(base, tried);
+            self.take_laws_alike(base, &mut tried);
         }
         tried.extend(self.laws_seen_as_well(base, &screened, &tried));
         if !is_decided(base, &tried) {

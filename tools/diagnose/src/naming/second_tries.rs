@@ -170,6 +170,28 @@ const BARRED: f64 = 0.9;
 /// Share of what the best law takes away that another has to take to be fitted to the end as well.
 const AS_GOOD: f64 = 0.95;
 
+/// Takes over what is better of what was found, law by law.
+pub(super) fn take_better(tried: &mut Vec<Tried>, around: Vec<Tried>) {
+    for found in around {
+        let known = tried.iter().position(|tried| tried.candidate == found.candidate);
+        match known.map(|place| &mut tried[place]) {
+            Some(known) if is_better(&found, known) => *known = found,
+            Some(_) => {}
+            None => tried.push(found),
+        }
+    }
+}
+
+/// Whether a law does better, the gates first.
+fn is_better(found: &Tried, known: &Tried) -> bool {
+    let left = |tried: &Tried| tried.member.fitted.sum_of_squares;
+    match (found.passes(), known.passes()) {
+        (true, false) => true,
+        (false, true) => false,
+        _ => left(found) < left(known),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -35,7 +35,9 @@ use crate::result::{
 };
 use crate::simulation::Hypothesis;
 use crate::study::Study;
-use crate::verdict::{effects, moved_cap, range_cap, rows, ties, unconfirmed, verdict, waiting};
+use crate::verdict::{
+    Contender, contenders, effects, moved_cap, range_cap, rows, ties, unsettled, verdict, waiting,
+};
 use crate::visible::smallest_visible;
 use crate::wording::sizes;
 
@@ -331,8 +333,8 @@ fn told(
     study.caps.extend(moved_cap(&stand_ins));
     study.caps.extend(extended.as_ref().and_then(|_| range_cap(&selection)));
     let effects = if explains { effects(&selection, candidates, samples) } else { Vec::new() };
-    let unconfirmed =
-        if verdict == Verdict::Unexplained { unconfirmed(&selection, candidates) } else { Vec::new() };
+    let contenders =
+        if verdict == Verdict::Unexplained { contenders(&selection, candidates) } else { Vec::new() };
     let models = [&compared.given, &compared.refitted_on_all];
     // A refit without what is missing bends the model's own parameters to make up for it.
     let corrected = if extended.is_some() { &selection.chosen.fitted } else { &compared.refitted };
@@ -350,7 +352,7 @@ fn told(
     };
     let is_cut_short = !selection.left_out.is_empty();
     let waiting = is_cut_short.then(|| waiting(&selection, candidates, options));
-    let found = (&effects[..], &unconfirmed[..], waiting.as_deref());
+    let found = (&effects[..], &contenders[..], waiting.as_deref());
     let said = sentence(verdict, found, &fit, (rest, !selection.rivals.is_empty()));
     Diagnosis {
         schema_version: SCHEMA_VERSION,
@@ -361,7 +363,7 @@ fn told(
             (false, true) if verdict == Verdict::Adequate => said + COLOURED,
             _ => said,
         },
-        unconfirmed,
+        unconfirmed: contenders.into_iter().map(|contender| contender.name).collect(),
         excess_power_share: is_adequate.then_some(excess),
         smallest_visible: visible,
         caps: study.caps.clone(),
@@ -444,7 +446,7 @@ fn bounded(excess: f64) -> String {
 /// search which its limit ended did not try to the end.
 fn sentence(
     verdict: Verdict,
-    (effects, unconfirmed, waiting): (&[Effect], &[String], Option<&[String]>),
+    (effects, contenders, waiting): (&[Effect], &[Contender], Option<&[String]>),
     fit: &Fits,
     (rest, is_tied): (Rest, bool),
 ) -> String {
@@ -475,11 +477,11 @@ fn sentence(
         Verdict::Adequate => format!(
             "Nothing is missing: refitted within its own parameters the model explains the recordings down to the noise. {numbers}"
         ),
-        Verdict::Unexplained if !unconfirmed.is_empty() => format!(
-            "Something is missing, and the recordings do not settle what: {} would explain those trained on, and those held out neither confirm \
-             nor contradict it. {numbers}",
-            unconfirmed.join(" or ")
-        ),
+        Verdict::Unexplained if !contenders.is_empty() => {
+            let ended =
+                waiting.map_or("", |_| " The search was ended before it had tried what others do together.");
+            format!("{}{ended} {numbers}", unsettled(contenders))
+        }
         Verdict::Unexplained if let Some(waiting) = waiting => {
             let showed = if waiting.is_empty() {
                 String::new()
@@ -552,16 +554,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn laws_that_nothing_confirms_are_said_where_nothing_is_named() {
+    fn laws_of_which_nothing_settles_which_it_is_are_said_where_nothing_is_named() {
         let fit = Fits { recordings: Vec::new(), pooled: Vec::new() };
-        let said = |verdict: Verdict, unconfirmed: &[&str]| {
-            let unconfirmed: Vec<String> = unconfirmed.iter().map(|&name| name.to_owned()).collect();
-            sentence(verdict, (&[], &unconfirmed, None), &fit, (Rest::Structured, false))
+        let said = |contenders: &[Contender], waiting: Option<&[String]>| {
+            sentence(Verdict::Unexplained, (&[], contenders, waiting), &fit, (Rest::Structured, false))
         };
-        let open = said(Verdict::Unexplained, &["hysteresis at mode 1", "parameter_drift at environment"]);
-        assert!(open.contains("hysteresis at mode 1 or parameter_drift at environment"), "{open}");
-        assert!(open.contains("neither confirm nor contradict"), "{open}");
-        assert!(said(Verdict::Unexplained, &[]).contains("no law of the catalogue"));
+        let contenders = [
+            Contender { name: "hysteresis at mode 1".to_owned(), taken: 0.93, is_unconfirmed: false },
+            Contender { name: "dead_zone at drive".to_owned(), taken: 0.5, is_unconfirmed: true },
+        ];
+        let open = said(&contenders, None);
+        assert!(
+            open.contains("hysteresis at mode 1 takes 93 %; dead_zone at drive takes 50 % (the"),
+            "{open}"
+        );
+        assert!(open.contains("do not settle what") && !open.contains("ended before"), "{open}");
+        assert!(said(&contenders, Some(&[])).contains("ended before"), "time ended the search");
+        assert!(said(&[], None).contains("no law of the catalogue"));
     }
 
     #[test]

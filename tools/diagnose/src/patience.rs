@@ -9,7 +9,7 @@ use crate::options::Options;
 const TICKS_PER_S: f64 = 100.0;
 
 /// When no further search is begun.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Patience {
     deadline: Option<Instant>,
     /// Processor seconds of this process at which patience ends; by the clock where the system does not tell.
@@ -50,6 +50,20 @@ impl Patience {
             processor_s: None,
             last_deadline: None,
             last_processor_s: None,
+        }
+    }
+
+    /// The same, over when this share (0 to 1) of what is left of it has gone. What is under way may go on as
+    /// long as before.
+    pub(crate) fn for_share(self, share: f64) -> Self {
+        let now = Instant::now();
+        let left_s = |deadline: Instant| deadline.saturating_duration_since(now).mul_f64(share);
+        let had_s = processor_seconds();
+        let ended_s = |end_s: f64| had_s.map_or(end_s, |had_s| had_s + share * (end_s - had_s).max(0.0));
+        Self {
+            deadline: self.deadline.map(|deadline| now + left_s(deadline)),
+            processor_s: self.processor_s.map(ended_s),
+            ..self
         }
     }
 
@@ -107,5 +121,21 @@ mod tests {
         ] {
             assert!(!Patience::new(&unlimited).is_over(), "{unlimited:?}");
         }
+    }
+
+    #[test]
+    fn a_share_of_what_is_left_ends_before_the_whole() {
+        let limited = Patience::new(&Options {
+            time_limit_s: Some(1000.0),
+            processor_limit_s: Some(2000.0),
+            ..Options::default()
+        });
+        let part = limited.for_share(0.25);
+        let earlier = limited.deadline.unwrap() - part.deadline.unwrap();
+        assert!((earlier.as_secs_f64() - 750.0).abs() < 5.0, "{earlier:?}");
+        let earlier_s = limited.processor_s.unwrap() - part.processor_s.unwrap();
+        assert!((earlier_s - 1500.0).abs() < 5.0, "{earlier_s} s");
+        assert_eq!(part.last_deadline, limited.last_deadline);
+        assert!(limited.for_share(0.0).is_over() && !limited.is_over());
     }
 }

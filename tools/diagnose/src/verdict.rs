@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use stillbeam_plant::Model;
 
 use crate::adequacy::Rest;
-use crate::naming::gates::is_only_unconfirmed;
+use crate::naming::gates::{HELD_OUT, may_be_it};
 use crate::naming::rounds::Tried;
 use crate::naming::same_force::same_force;
 use crate::naming::same_lateness::same_lateness;
@@ -226,14 +226,48 @@ pub(crate) fn range_cap(selection: &Selection) -> Option<String> {
     })
 }
 
-/// Laws that explain the training recordings and that the held-out ones neither confirm nor contradict, the
-/// best first.
-pub(crate) fn unconfirmed(selection: &Selection, candidates: &[Candidate]) -> Vec<String> {
-    let tried = selection.tried.iter().filter(|tried| is_only_unconfirmed(&tried.gates, tried.held_out));
-    let mut found: Vec<(f64, String)> =
-        tried.map(|tried| (tried.member.fitted.sum_of_squares, candidates[tried.candidate].name())).collect();
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    found.into_iter().take(MOST_UNCONFIRMED).map(|(_, name)| name).collect()
+/// A law that by itself takes away much of what the refit leaves, and of which nothing settles whether it is
+/// what is missing.
+pub(crate) struct Contender {
+    pub(crate) name: String,
+    /// Share of the power of what the refit leaves of the training recordings.
+    pub(crate) taken: f64,
+    /// Whether the held-out recordings neither confirm nor contradict it.
+    pub(crate) is_unconfirmed: bool,
+}
+
+impl Contender {
+    fn words(&self) -> String {
+        let held_out = if self.is_unconfirmed { " (the held-out recordings hardly show it)" } else { "" };
+        format!("{} takes {:.0} %{held_out}", self.name, 100.0 * self.taken)
+    }
+}
+
+/// Laws of which each by itself would be it, but that held-out recordings hardly show it, that too large a
+/// rest remains, or that time ended the search for others; those that take most first.
+pub(crate) fn contenders(selection: &Selection, candidates: &[Candidate]) -> Vec<Contender> {
+    let alone = selection.tried.iter().filter(|tried| tried.member.laws.len() == 1);
+    let contends = alone.filter(|tried| may_be_it(&tried.gates, tried.held_out));
+    let mut found: Vec<Contender> = contends
+        .map(|tried| Contender {
+            name: candidates[tried.candidate].name(),
+            taken: 1.0 - 10f64.powf(-tried.training.gain_db / 10.0),
+            is_unconfirmed: tried.gates.iter().any(|gate| gate.name == HELD_OUT && !gate.passed),
+        })
+        .filter(|contender| contender.taken > 0.0)
+        .collect();
+    found.sort_by(|a, b| b.taken.total_cmp(&a.taken));
+    found.truncate(MOST_SAID);
+    found
+}
+
+/// What is said of laws of which nothing settles which one it is.
+pub(crate) fn unsettled(contenders: &[Contender]) -> String {
+    let words: Vec<String> = contenders.iter().map(Contender::words).collect();
+    format!(
+        "Something is missing, and the recordings do not settle what. By itself, of the power that the refit leaves, {}.",
+        words.join("; ")
+    )
 }
 
 /// Laws that the screen is sure of and that a search ended by its limit did not fit to the end, those that
@@ -245,11 +279,11 @@ pub(crate) fn waiting(selection: &Selection, candidates: &[Candidate], options: 
     let sure = selection.screened.iter().filter(|seen| seen.t.abs() > options.training_gate);
     let mut seen: Vec<_> = sure.filter(|seen| !is_tried(seen.candidate)).collect();
     seen.sort_by(|a, b| b.explained.total_cmp(&a.explained));
-    seen.iter().take(MOST_UNCONFIRMED).map(|seen| candidates[seen.candidate].name()).collect()
+    seen.iter().take(MOST_SAID).map(|seen| candidates[seen.candidate].name()).collect()
 }
 
 /// More than these are no help.
-const MOST_UNCONFIRMED: usize = 3;
+const MOST_SAID: usize = 3;
 
 /// Sets of laws that cannot be told from the chosen one, or from a parameter's other value; `one_output`:
 /// whether all recordings have the same single output.

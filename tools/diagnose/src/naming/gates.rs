@@ -138,7 +138,9 @@ const MAY_BE: f64 = 2.0;
 pub(super) const DETERMINED: &str = "determined";
 
 /// Name of the gate of the held-out recordings.
-const HELD_OUT: &str = "held out";
+pub(crate) const HELD_OUT: &str = "held out";
+const UNRIVALLED: &str = "unrivalled";
+const SUFFICIENT: &str = "sufficient";
 
 /// Gates that a law may fail for another one that is missing beside it.
 pub(super) const FOR_ANOTHER: [&str; 3] = [HELD_OUT, NO_WORSE, SIZE];
@@ -223,7 +225,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         gates.push(stable_gate(trialled, closer));
         if let Some(rivalry) = closer.cut_short {
             gates.push(gate(
-                "unrivalled",
+                UNRIVALLED,
                 trialled.is_unrivalled(Some(rivalry), options) || (closer.rest_is_foreign && trialled.is_beyond_doubt(options)),
                 format!(
                     "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
@@ -236,7 +238,7 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         if let (Some(rest), Some(held_out)) = (closer.rest, &trialled.held_out) {
             let beside = trialled.rest_beside(rest, closer.rest_is_foreign);
             gates.push(gate(
-                "sufficient",
+                SUFFICIENT,
                 beside < LARGE_REST || held_out.z > DOUBT * options.held_out_gate,
                 format!("{}, held-out gain {:.1} standard errors", rest_in_words(beside), held_out.z),
             ));
@@ -318,6 +320,16 @@ pub(super) fn fails_only(gates: &[Gate], name: &str) -> bool {
 /// hardly show it.
 pub(crate) fn is_only_unconfirmed(gates: &[Gate], held_out: Option<Improvement>) -> bool {
     fails_only(gates, HELD_OUT) && held_out.is_some_and(|held_out| held_out.z > 0.0)
+}
+
+/// Whether nothing speaks against a law but that the held-out recordings hardly show it, that a large rest
+/// remains beside it, or that time ended the search for others.
+pub(crate) fn may_be_it(gates: &[Gate], held_out: Option<Improvement>) -> bool {
+    let is_shown = held_out.is_some_and(|held_out| held_out.z > 0.0);
+    gates
+        .iter()
+        .filter(|gate| !gate.passed)
+        .all(|gate| gate.name == UNRIVALLED || gate.name == SUFFICIENT || (gate.name == HELD_OUT && is_shown))
 }
 
 /// Whether a law passes all gates but that of its strengths, which are some standard errors from nothing all
@@ -449,6 +461,19 @@ mod tests {
         assert!(passes(2.9, 0.95, Some(1.0), false), "hardly anything is left there either");
         assert!(passes(2.9, 0.09, Some(1.0), true), "a disturbance, another one in every recording");
         assert!(passes(2.9, 0.09, None, false), "nothing but noise is left");
+    }
+
+    #[test]
+    fn a_law_may_be_it_if_only_time_a_rest_or_silent_held_out_recordings_refuse_it() {
+        let said = |failed: &[&str], z: f64| {
+            let gate = |name: &&str| Gate { name: (*name).to_owned(), passed: false, detail: String::new() };
+            let passed = Gate { name: "training".to_owned(), passed: true, detail: String::new() };
+            let gates: Vec<Gate> = failed.iter().map(gate).chain([passed]).collect();
+            may_be_it(&gates, Some(Improvement { z, worst_z: z, gain_db: 0.1 }))
+        };
+        assert!(said(&[], 3.0) && said(&[UNRIVALLED, SUFFICIENT], 3.0) && said(&[HELD_OUT], 1.0));
+        assert!(!said(&[HELD_OUT], -1.0), "they contradict it");
+        assert!(!said(&[DETERMINED], 3.0) && !said(&[UNRIVALLED, DETERMINED], 3.0));
     }
 
     #[test]

@@ -48,7 +48,8 @@ pub(crate) struct Rivalry {
 impl<'s> Rivals<'s> {
     /// Of a selection; `is_over`: whether time has ended since.
     pub(super) fn of(selection: &'s Selection, is_over: bool) -> Self {
-        let leader = selection.first.as_ref().and_then(|first| first.found.laws.first().copied());
+        let first = selection.first.as_ref().filter(|first| first.leads);
+        let leader = first.and_then(|first| first.found.laws.first().copied());
         let is_cut_short = is_over || !selection.left_out.is_empty();
         Self { is_cut_short, screened: &selection.screened, leader, kept: &selection.kept }
     }
@@ -60,32 +61,29 @@ impl<'s> Rivals<'s> {
     }
 }
 
-/// A law that a search found first and that leads.
+/// A law that a search found first.
 #[derive(Clone)]
 pub(crate) struct First {
     found: Member,
+    /// Whether every other that was fitted in its place leaves far more.
+    leads: bool,
     /// The noise that the outputs were weighted by then.
     floors: Vec<Option<NoiseFloor>>,
 }
 
 impl First {
-    /// Of those fitted in one round; `None` where it does not lead.
-    pub(super) fn of(found: &Tried, round: &[Tried], floors: &[Option<NoiseFloor>]) -> Option<Self> {
+    /// Of those fitted in one round.
+    pub(super) fn of(found: &Tried, round: &[Tried], floors: &[Option<NoiseFloor>]) -> Self {
         let others = round.iter().filter(|tried| tried.candidate != found.candidate);
         let left: Vec<f64> = others.map(|other| other.member.fitted.sum_of_squares).collect();
         Self::ahead_of(&found.member, &left, floors)
     }
 
-    /// Of a set of one law, and what others leave that were fitted in its place; `None` where it does not
-    /// lead.
-    pub(super) fn ahead_of(
-        found: &Member,
-        others_left: &[f64],
-        floors: &[Option<NoiseFloor>],
-    ) -> Option<Self> {
-        let least = others_left.iter().copied().min_by(f64::total_cmp)?;
-        let leads = least > LEAD * found.fitted.sum_of_squares;
-        leads.then(|| Self { found: found.clone(), floors: floors.to_vec() })
+    /// Of a set of one law, and what others leave that were fitted in its place.
+    pub(super) fn ahead_of(found: &Member, others_left: &[f64], floors: &[Option<NoiseFloor>]) -> Self {
+        let least = others_left.iter().copied().min_by(f64::total_cmp);
+        let leads = least.is_some_and(|least| least > LEAD * found.fitted.sum_of_squares);
+        Self { found: found.clone(), leads, floors: floors.to_vec() }
     }
 }
 
@@ -123,12 +121,12 @@ impl Search<'_> {
         selection.rivals.extend(suspected);
     }
 
-    /// Back to the law that was found first and leads, as it was then, where time has ended what was looked
-    /// for on top of it and nothing passed: laws that fail may have moved the rest of the model to where it
-    /// fails too, and the weighting to noise that they made up.
+    /// Back to the law that was found first, as it was then, where time has ended what was looked for on top
+    /// of it and nothing passed: laws that fail may have moved the rest of the model to where it fails too,
+    /// and the weighting to noise that they made up.
     pub(crate) fn back_to_the_first(&mut self, ended: &Selection) -> Option<Selection> {
         let is_cut_short = Rivals::of(ended, self.is_over()).is_cut_short;
-        let First { found, floors } = ended.first.clone()?;
+        let First { found, floors, .. } = ended.first.clone()?;
         if !is_cut_short || !ended.chosen.laws.is_empty() {
             return None;
         }
@@ -194,13 +192,11 @@ mod tests {
             let leads = |times: f64| {
                 let mut other = other.clone();
                 other.member.fitted.sum_of_squares = times * found.member.fitted.sum_of_squares;
-                First::of(found, &[found.clone(), other], &search.floors).is_some()
+                First::of(found, &[found.clone(), other], &search.floors).leads
             };
             assert!(leads(2.5) && !leads(1.5));
-            assert!(
-                First::of(found, std::slice::from_ref(found), &search.floors).is_none(),
-                "nothing was compared"
-            );
+            let alone = First::of(found, std::slice::from_ref(found), &search.floors);
+            assert!(!alone.leads, "nothing was compared");
         });
     }
 
@@ -257,7 +253,8 @@ mod tests {
     fn a_search_that_time_ended_goes_back_to_what_it_found_first_with_the_weights_of_then() {
         around_a_hardening_spring(|search, refitted, tried| {
             let found = &tried[0];
-            let first = First { found: found.member.clone(), floors: search.floors.clone() };
+            let floors = search.floors.clone();
+            let first = First { found: found.member.clone(), leads: false, floors };
             let nothing = Selection::nothing(&refitted.fitted, refitted.held_out.clone());
             let ended = |left_out: Vec<&'static str>| Selection {
                 first: Some(first.clone()),

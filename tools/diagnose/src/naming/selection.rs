@@ -102,8 +102,8 @@ pub(crate) struct Search<'s> {
 /// Where a search begins that has looked at pieces of the recordings.
 struct Begun {
     member: Member,
-    /// The law, if it leads.
-    first: Option<First>,
+    /// The law, if it is one.
+    first: First,
     screened: Vec<Screened>,
 }
 
@@ -128,14 +128,18 @@ impl Search<'_> {
         let mut reached = HashSet::new();
         let begun = self.begun_guided(&chosen).or_else(|| self.begun_in_pieces(&chosen));
         if let Some(begun) = begun {
-            (first, screened_first) = (begun.first, begun.screened);
+            (first, screened_first) = (Some(begun.first), begun.screened);
             chosen = self.between_samples_again(begun.member);
         }
+        let all_time = self.study.patience;
         while chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
             if self.is_over() && !screened_first.is_empty() {
                 left_out.push("further laws");
                 break;
+            }
+            if !chosen.laws.is_empty() && self.study.patience == all_time {
+                self.study.patience = all_time.map(|all| all.for_share(FOR_MORE));
             }
             let done = chosen.laws.len() as f64 / self.options.most_terms as f64;
             say(&format!("trying what explains the rest beside {} law(s)", chosen.laws.len()), done);
@@ -144,9 +148,7 @@ impl Search<'_> {
                 screened_first = screened;
                 tried_first.clone_from(&tried);
             }
-            let richer = || self.richer_in_place(&chosen, &tried);
-            let found = self.simplest_of_the_best(&tried).or_else(richer);
-            let Some(best) = found.or_else(|| self.two_at_once(&chosen, &tried)) else {
+            let Some(best) = self.best_of(&chosen, &tried) else {
                 left_out.extend(self.is_over().then_some(match chosen.laws[..] {
                     [] => "all laws that may be missing",
                     _ => "further laws",
@@ -154,7 +156,7 @@ impl Search<'_> {
                 break;
             };
             if let [_] = best.member.laws[..] {
-                first = First::of(&best, &tried_first, &self.floors);
+                first = Some(First::of(&best, &tried_first, &self.floors));
             }
             chosen = self.settled(best.member);
             // Two laws may each make the other look superfluous, and the third that is missing makes both
@@ -170,6 +172,7 @@ impl Search<'_> {
                 left_out.extend(self.is_over().then_some("other laws in place of those chosen"));
             }
         }
+        self.study.patience = all_time;
         Selection {
             screened: screened_first,
             first,
@@ -178,6 +181,13 @@ impl Search<'_> {
             left_out,
             ..Selection::of(chosen)
         }
+    }
+
+    /// What is taken of those tried beside a set.
+    fn best_of(&self, chosen: &Member, tried: &[Tried]) -> Option<Tried> {
+        let richer = || self.richer_in_place(chosen, tried);
+        let found = self.simplest_of_the_best(tried).or_else(richer);
+        found.or_else(|| self.two_at_once(chosen, tried))
     }
 
     /// A set after an addition: weighed by the noise that is seen beside it, read as the input goes between
@@ -315,6 +325,9 @@ fn as_set(laws: &[usize]) -> Vec<usize> {
     set
 }
 
+/// Share of the time left in which laws beside the first are looked for: what was found is judged in the
+/// rest of it, whatever comes of them.
+const FOR_MORE: f64 = 2.0 / 3.0;
 /// Laws beside which a second one is looked for where none passes alone.
 const LACKING: usize = 2;
 /// What is left is much where a systematic rest has as much power as the noise.
@@ -324,6 +337,8 @@ const MUCH: f64 = 2.0;
 mod tests {
     use super::*;
     use stillbeam_plant::Physics;
+
+    use crate::patience::Patience;
 
     use crate::naming::on_a_spring::{
         fitted_with, machine, noisy_runs, searched, searched_beside_a_hardening_spring,
@@ -354,6 +369,23 @@ mod tests {
             let refitted = search.reweighted(refitted).unwrap();
             assert!(search.leaves_much(&refitted));
             assert!(!search.leaves_much(&found));
+        });
+    }
+
+    #[test]
+    fn after_a_search_the_whole_time_counts_again() {
+        searched_beside_a_hardening_spring(|search, refitted, _| {
+            let hour = Options { time_limit_s: Some(3600.0), ..Options::default() };
+            let all_time = Some(Patience::new(&hour));
+            search.study.patience = all_time;
+            let mut said = Vec::new();
+            let Member { fitted, held_out, .. } = refitted;
+            let found = search.run(&fitted, held_out, &mut |step, _| said.push(step.to_owned()));
+            assert!(!found.chosen.laws.is_empty() && said.iter().any(|step| step.contains("beside 1 law")));
+            assert_eq!(
+                search.study.patience, all_time,
+                "what is looked for beside a law has a part of it only"
+            );
         });
     }
 

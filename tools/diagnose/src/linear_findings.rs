@@ -13,6 +13,7 @@ use crate::between_samples::BetweenSamples;
 use crate::comparison::{Compared, compare_from, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
+use crate::naming::pieces::OUT_OF_PHASE;
 use crate::options::Options;
 use crate::parameters::FreeParameter;
 use crate::simulation::Hypothesis;
@@ -105,7 +106,7 @@ fn explained(
     for round in 0..if beyond.depends_on_the_refit() { MOST_REFITS } else { 1 } {
         let refitted = before.refitted.hypothesis.without_laws();
         let Some(mut wider) = beyond.freed_on(guess, &refitted.model) else { return Ok(None) };
-        if round == 0 && wider.promises_little(&compared.refitted, tangents) {
+        if round == 0 && wider.promises_little(compared, tangents) {
             return Ok(None);
         }
         let mut freed = compare_from(&mut wider, &given, &before)?;
@@ -150,9 +151,10 @@ const FAR_FROM_NOISE: f64 = 4.0;
 const STILL_THERE: f64 = 0.05;
 
 impl Study {
-    /// Whether what it frees would leave nearly as much as was left without it, far more than noise;
-    /// `tangents` are those of the fit without it.
-    fn promises_little(&self, before: &Fitted, tangents: &[Vec<f64>]) -> bool {
+    /// Whether what it frees would leave nearly as much as was left without it, far more than noise; `tangents`
+    /// are those of the fit without it. Beside a refit that is out of phase nobody knows how loud noise is.
+    fn promises_little(&self, compared: &Compared, tangents: &[Vec<f64>]) -> bool {
+        let before = &compared.refitted;
         let stack = self.stack(Role::Train);
         let Some(records) = stack.evaluate(&before.hypothesis, &before.initial_states()) else { return true };
         let mut left: Vec<f64> = records.iter().flat_map(|fit| fit.residuals.iter().copied()).collect();
@@ -169,7 +171,9 @@ impl Study {
         }
         basis.remove_from(&mut left);
         let square = dot(&left, &left);
-        square > FAR_FROM_NOISE * stack.present() as f64 && square > STILL_THERE * before.sum_of_squares
+        let is_out_of_phase = self.most_left(&compared.refitted_on_all) > OUT_OF_PHASE;
+        let is_loud = is_out_of_phase || square > FAR_FROM_NOISE * stack.present() as f64;
+        is_loud && square > STILL_THERE * before.sum_of_squares
     }
 }
 
@@ -188,4 +192,40 @@ pub(crate) fn others_between(study: &Study, model: &Model) -> Vec<(BetweenSample
         _ => (BetweenSamples::Lines, LINES),
     };
     held.into_iter().chain([smooth]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::comparison::compare;
+    use crate::noise::NoiseFloor;
+    use crate::two_bodies::{driven, slide, swept};
+    use stillbeam_plant::Physics;
+
+    /// Noise that is known from the refit alone is as loud as what a sensor that loses the sign leaves of it.
+    #[test]
+    fn another_guess_of_the_input_is_not_refitted_where_the_refit_is_out_of_phase() {
+        let lost = |column: &str| {
+            let law = Physics::new("rectification", "sensor").with("share", 1.0);
+            Physics { column: Some(column.to_owned()), ..law }
+        };
+        let truth = slide(17_000.0, &[lost("motor_m"), lost("load_m")]);
+        let given = slide(20_000.0, &[]);
+        let run = |amplitude_n: f64, seed: u64| driven(&truth, &swept(amplitude_n), None, seed);
+        let mut study = Study::new(&given, &[run(40.0, 1), run(120.0, 2)], &[run(80.0, 3)]).unwrap();
+        let drawn = Hypothesis::given(&given);
+        let compared = compare(&mut study, &drawn).unwrap();
+        let louder = |floor: &Option<NoiseFloor>| {
+            let floor = floor.clone()?;
+            Some(NoiseFloor { rms: 1e3 * floor.rms, ..floor })
+        };
+        let floors = compared.floors.iter().map(louder).collect();
+        let compared = settle(&mut study, &drawn, &compared.refitted, floors).unwrap();
+        let tangents = compared.refitted.sensitivities(&study.stack(Role::Train));
+        assert!(study.most_left(&compared.refitted_on_all) > OUT_OF_PHASE);
+        for (between, _) in others_between(&study, &given) {
+            let guess = study.between(between, &given).unwrap();
+            assert!(guess.promises_little(&compared, &tangents), "{between:?}");
+        }
+    }
 }

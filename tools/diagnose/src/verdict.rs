@@ -192,8 +192,9 @@ fn sentence(candidate: &Candidate, parameters: &BTreeMap<String, ParameterEstima
         [] => "the recordings do not tell how large it is".to_owned(),
         numbers => numbers.join(", "),
     };
+    let of_output = candidate.column.as_ref().map_or_else(String::new, |column| format!(" of {column}"));
     format!(
-        "{} at the {} was left out: {of_what_size}. Without it the error is {:.1} times as large. {}",
+        "{} at the {}{of_output} was left out: {of_what_size}. Without it the error is {:.1} times as large. {}",
         capitalised(&candidate.law.id().replace('_', " ")),
         candidate.location,
         10f64.powf(gain_db / 20.0),
@@ -443,6 +444,12 @@ mod tests {
         let gap = ParameterEstimate { value: 1e-3, stderr: 1e-5, unit: "m".to_owned() };
         let said = sentence(&play, &BTreeMap::from([("gap".to_owned(), gap)]), 20.0);
         assert!(said.contains("was left out: gap 0.001000 ± 0.000010 m. Without it"), "{said}");
+    }
+
+    #[test]
+    fn a_law_of_one_of_several_sensors_is_said_with_its_output() {
+        let said = sentence(&candidate("rectification", "sensor", Some("tip_m")), &BTreeMap::new(), 20.0);
+        assert!(said.starts_with("Rectification at the sensor of tip_m was left out"), "{said}");
     }
 
     /// A spring that gives way half way through a run looks for 57 % like one that weakens all the time, play

@@ -25,7 +25,7 @@ use crate::stacking::RecordFit;
 const SIZES: [f64; 4] = [1.0, 4.0, 16.0, 64.0];
 /// A law is gross where the model as given leaves no more than this share of the squares with it that it
 /// leaves without, ...
-const NEARER: f64 = 0.8;
+pub(super) const NEARER: f64 = 0.8;
 /// ... of which the nearest are fitted.
 const FITTED: usize = 4;
 
@@ -62,7 +62,7 @@ impl Search<'_> {
     }
 
     /// The model as given, all of its parameters free.
-    fn as_drawn(&self) -> Option<Member> {
+    pub(super) fn as_drawn(&self) -> Option<Member> {
         let hypothesis = Hypothesis::given(self.given);
         let free = free_parameters(&hypothesis);
         let values = free.iter().map(|parameter| parameter.given).collect();
@@ -72,7 +72,7 @@ impl Search<'_> {
     }
 
     /// The size and shape of a law that leaves least beside the model as given, and what it leaves.
-    fn nearest(&self, drawing: &Member, candidate: usize) -> Option<(f64, Physics)> {
+    pub(super) fn nearest(&self, drawing: &Member, candidate: usize) -> Option<(f64, Physics)> {
         let stack = self.study.stack(Role::Train);
         let law = &self.candidates[candidate];
         let sizes = |trial| SIZES.map(|size| law.physics_within_bounds(trial, size));
@@ -87,6 +87,6 @@ impl Search<'_> {
     }
 }
 
-fn squares(fits: &[RecordFit]) -> f64 {
+pub(super) fn squares(fits: &[RecordFit]) -> f64 {
     fits.iter().map(|fit| dot(&fit.residuals, &fit.residuals)).sum()
 }

@@ -63,7 +63,7 @@ impl Search<'_> {
         };
         let candidates = self.candidates_while_held(&guided, &base)?;
         let search = Search { candidates: &candidates, ..self.held(&mut guided) };
-        let mut screened = search.seen_while_held(&base);
+        let mut screened = search.seen_beside(&base);
         let sketched = search.sketched_while_held(&base, &screened);
         let mut begun = search.begun_while_held(&base, &sketched);
         screened.retain_mut(|seen| self.is_known(&candidates, &mut seen.candidate));
@@ -111,8 +111,9 @@ impl Search<'_> {
         own.filter(|own| own.sum_of_squares < drawn.sum_of_squares).unwrap_or(drawn)
     }
 
-    /// What the screen sees of all laws beside a held machine, the most promising first.
-    fn seen_while_held(&self, base: &Member) -> Vec<Screened> {
+    /// What the screen sees of all laws that take something off what a machine leaves, the most promising
+    /// first.
+    pub(super) fn seen_beside(&self, base: &Member) -> Vec<Screened> {
         let is_given_up = || self.is_over();
         let least_explained = LEAST_TAKEN * base.fitted.sum_of_squares;
         let leaving = Leaving { least_explained, is_given_up: &is_given_up };

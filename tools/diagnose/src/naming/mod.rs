@@ -19,7 +19,7 @@ mod nested;
 #[cfg(test)]
 pub(crate) mod on_a_spring;
 mod other_valleys;
-mod pieces;
+pub(crate) mod pieces;
 pub(crate) mod rivals;
 pub(crate) mod rounds;
 pub(crate) mod same_force;
@@ -32,6 +32,7 @@ pub(crate) mod sets;
 mod sharper_steps;
 mod sizing;
 mod sketches;
+mod spoilt_readings;
 pub(crate) mod stand_ins;
 mod superfluous;
 pub(crate) mod trials;

@@ -27,7 +27,7 @@ use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study, reach};
 
 /// A refit is out of phase where it leaves more than this share, root mean square, of a recording.
-const OUT_OF_PHASE: f64 = 0.4;
+pub(crate) const OUT_OF_PHASE: f64 = 0.4;
 /// It is in phase where it leaves less than this share of every piece: what is missing looks like what it is
 /// while the two are within a radian of each other.
 const IN_PHASE: f64 = 0.6;
@@ -176,7 +176,7 @@ impl Study {
     }
 
     /// The largest share, root mean square, that a model leaves of any output of any training recording.
-    pub(super) fn most_left(&self, on_all: &OnAll) -> f64 {
+    pub(crate) fn most_left(&self, on_all: &OnAll) -> f64 {
         self.shares_left(on_all)
             .into_iter()
             .flatten()

@@ -502,8 +502,7 @@ mod tests {
     }
 
     /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does.
-    /// The weak one is fitted at the wrong body too; fits of what looks like the strong one are no reason not
-    /// to look around other refits, which finds it.
+    /// The weak one is fitted at the wrong body too.
     #[test]
     fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
         for stiffness in [3e5, 1e6] {

@@ -126,7 +126,8 @@ impl Search<'_> {
         let mut first = None;
         let (mut kept, mut left_out) = (Vec::new(), Vec::new());
         let mut reached = HashSet::new();
-        let begun = self.begun_guided(&chosen).or_else(|| self.begun_in_pieces(&chosen));
+        let begun = self.begun_at_sensors(&chosen).or_else(|| self.begun_guided(&chosen));
+        let begun = begun.or_else(|| self.begun_in_pieces(&chosen));
         if let Some(begun) = begun {
             (first, screened_first) = (Some(begun.first), begun.screened);
             chosen = self.between_samples_again(begun.member);
@@ -199,6 +200,15 @@ impl Search<'_> {
         let before = read.fitted.sum_of_squares;
         let deepest = self.in_the_deepest_valleys(self.pruned(read));
         if deepest.fitted.sum_of_squares < before { self.between_samples_again(deepest) } else { deepest }
+    }
+
+    /// Where the search begins if laws of sensors are what has the refit out of phase, and what was seen
+    /// beside the refit.
+    fn begun_at_sensors(&mut self, refitted: &Member) -> Option<Begun> {
+        let member = self.spoilt_readings(refitted)?;
+        let first = First::ahead_of(&member, &[], &self.floors);
+        let screened = self.seen_beside(refitted);
+        Some(Begun { member: self.weighed_again(member), first, screened })
     }
 
     /// Where the search begins if the refit is out of phase with recordings that something drives, and what

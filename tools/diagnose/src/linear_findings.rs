@@ -151,8 +151,9 @@ const FAR_FROM_NOISE: f64 = 4.0;
 const STILL_THERE: f64 = 0.05;
 
 impl Study {
-    /// Whether what it frees would leave nearly as much as was left without it, far more than noise; `tangents`
-    /// are those of the fit without it. Beside a refit that is out of phase nobody knows how loud noise is.
+    /// Whether what it frees would leave nearly as much as was left without it, far more than noise;
+    /// `tangents` are those of the fit without it. Beside a refit that is out of phase nobody knows how loud
+    /// noise is.
     fn promises_little(&self, compared: &Compared, tangents: &[Vec<f64>]) -> bool {
         let before = &compared.refitted;
         let stack = self.stack(Role::Train);

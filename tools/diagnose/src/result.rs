@@ -337,8 +337,9 @@ pub struct Diagnosis {
     pub fit: Fits,
     /// Candidates that cannot be told apart.
     pub ties: Vec<Tie>,
-    /// Where nothing is named: laws that by themselves take much of what is missing away, those that take most
-    /// first. Held-out recordings hardly show them, a large rest remains, or time ended the search for others.
+    /// Where nothing is named: laws that by themselves take much of what is missing away, those that take
+    /// most first. Held-out recordings hardly show them, a large rest remains, or time ended the search for
+    /// others.
     pub unconfirmed: Vec<String>,
     /// The run that would tell the tied candidates apart, as a line for the board's console.
     pub next_experiment: Option<String>,

@@ -61,7 +61,7 @@ impl<'s> Rivals<'s> {
     }
 }
 
-/// A law that a search found first.
+/// What a search found first: a law, or those of sensors that it began with.
 #[derive(Clone)]
 pub(crate) struct First {
     found: Member,

@@ -99,10 +99,10 @@ pub(crate) struct Search<'s> {
     pub(crate) rounds: Mutex<HashMap<RoundKey, Round>>,
 }
 
-/// Where a search begins that has looked at pieces of the recordings.
+/// Where a search begins whose refit is out of phase with the recordings.
 struct Begun {
     member: Member,
-    /// The law, if it is one.
+    /// What was found, as it was before it was weighed again.
     first: First,
     screened: Vec<Screened>,
 }
@@ -120,68 +120,59 @@ impl Search<'_> {
         held_out: Vec<RecordFit>,
         say: &mut dyn FnMut(&str, f64),
     ) -> Selection {
-        let mut chosen = Member { laws: Vec::new(), fitted: refitted.clone(), held_out };
-        let mut screened_first = Vec::new();
-        let mut tried_first: Vec<Tried> = Vec::new();
-        let mut first = None;
-        let (mut kept, mut left_out) = (Vec::new(), Vec::new());
-        let mut reached = HashSet::new();
-        let begun = self.begun_at_sensors(&chosen).or_else(|| self.begun_guided(&chosen));
-        let begun = begun.or_else(|| self.begun_in_pieces(&chosen));
-        if let Some(begun) = begun {
-            (first, screened_first) = (Some(begun.first), begun.screened);
-            chosen = self.between_samples_again(begun.member);
+        let mut found = Selection::nothing(refitted, held_out);
+        if let Some(begun) = self.begun_in_step(&found.chosen) {
+            (found.first, found.screened) = (Some(begun.first), begun.screened);
+            found.chosen = self.between_samples_again(begun.member);
         }
+        let mut reached = HashSet::new();
         let all_time = self.study.patience;
-        while chosen.laws.len() < self.options.most_terms {
+        while found.chosen.laws.len() < self.options.most_terms {
             // The first law is looked for in any case.
-            if self.is_over() && !screened_first.is_empty() {
-                left_out.push("further laws");
+            if self.is_over() && !found.screened.is_empty() {
+                found.left_out.push("further laws");
                 break;
             }
-            if !chosen.laws.is_empty() && self.study.patience == all_time {
+            let count = found.chosen.laws.len();
+            if count > 0 && self.study.patience == all_time {
                 self.study.patience = all_time.map(|all| all.for_share(FOR_MORE));
             }
-            let done = chosen.laws.len() as f64 / self.options.most_terms as f64;
-            say(&format!("trying what explains the rest beside {} law(s)", chosen.laws.len()), done);
-            let (screened, tried) = self.round(&chosen);
-            if chosen.laws.is_empty() {
-                screened_first = screened;
-                tried_first.clone_from(&tried);
+            let done = count as f64 / self.options.most_terms as f64;
+            say(&format!("trying what explains the rest beside {count} law(s)"), done);
+            let (screened, tried) = self.round(&found.chosen);
+            if count == 0 {
+                (found.screened, found.tried) = (screened, tried.clone());
             }
-            let Some(best) = self.best_of(&chosen, &tried) else {
-                left_out.extend(self.is_over().then_some(match chosen.laws[..] {
-                    [] => "all laws that may be missing",
-                    _ => "further laws",
-                }));
+            let Some(best) = self.best_of(&found.chosen, &tried) else {
+                let missed = if count == 0 { "all laws that may be missing" } else { "further laws" };
+                found.left_out.extend(self.is_over().then_some(missed));
                 break;
             };
             if let [_] = best.member.laws[..] {
-                first = Some(First::of(&best, &tried_first, &self.floors));
+                found.first = Some(First::of(&best, &found.tried, &self.floors));
             }
-            chosen = self.settled(best.member);
+            found.chosen = self.settled(best.member);
             // Two laws may each make the other look superfluous, and the third that is missing makes both
             // come back: in circles.
-            if !reached.insert(as_set(&chosen.laws)) {
+            if !reached.insert(as_set(&found.chosen.laws)) {
                 break;
             }
-            if chosen.laws.len() > 1 {
+            if found.chosen.laws.len() > 1 {
                 if !self.is_over() {
                     say("trying other laws in place of those chosen", done + 0.1);
-                    chosen = self.swapped(chosen, &mut kept);
+                    found.chosen = self.swapped(found.chosen, &mut found.kept);
                 }
-                left_out.extend(self.is_over().then_some("other laws in place of those chosen"));
+                found.left_out.extend(self.is_over().then_some("other laws in place of those chosen"));
             }
         }
         self.study.patience = all_time;
-        Selection {
-            screened: screened_first,
-            first,
-            tried: tried_first,
-            kept,
-            left_out,
-            ..Selection::of(chosen)
-        }
+        found
+    }
+
+    /// Where the search begins if the refit is out of phase with recordings: the first that finds laws.
+    fn begun_in_step(&mut self, refitted: &Member) -> Option<Begun> {
+        let begun = self.begun_at_sensors(refitted).or_else(|| self.begun_guided(refitted));
+        begun.or_else(|| self.begun_in_pieces(refitted))
     }
 
     /// What is taken of those tried beside a set.

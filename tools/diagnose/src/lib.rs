@@ -67,7 +67,9 @@ mod stated_noise;
 mod statistics;
 mod study;
 mod sub_steps;
+mod summary;
 mod sweep;
+mod telling;
 #[cfg(test)]
 mod two_bodies;
 mod verdict;

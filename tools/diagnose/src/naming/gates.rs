@@ -149,42 +149,72 @@ const SIZE: &str = "size";
 /// Name of the gate of a machine that is driven harder.
 const STABLE: &str = "stable";
 
+fn gate(name: &str, passed: bool, detail: String) -> Gate {
+    Gate { name: name.to_owned(), passed, detail }
+}
+
 /// Runs all gates.
 pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
-    let gate = |name: &str, passed: bool, detail: String| Gate { name: name.to_owned(), passed, detail };
-    let mut gates = Vec::new();
+    let mut gates = vec![training_gate(trialled, options)];
+    gates.extend(held_out_gates(trialled, options));
+    gates.push(bounds_gate(trialled));
+    gates.extend(determined_gate(trialled, options));
+    let share = trialled.share();
+    gates.push(gate(
+        SIZE,
+        share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
+        size_in_words(share, trialled.held_out_share),
+    ));
+    if let Some(closer) = &trialled.closer {
+        gates.extend(closer.consistency.map(consistency_gate));
+        gates.push(stable_gate(trialled, closer));
+        gates.extend(closer.cut_short.map(|rivalry| rivalry_gate(trialled, closer, rivalry, options)));
+        gates.extend(rest_gate(trialled, closer, options));
+    }
+    gates
+}
+
+fn training_gate(trialled: &Trialled<'_>, options: &Options) -> Gate {
     // Every parameter fitted to noise takes about one square of it away.
     let threshold = options.training_gate + 0.5 * (trialled.freedom.saturating_sub(1)) as f64;
-    gates.push(gate(
-        "training",
-        trialled.training.t() > threshold,
-        format!("{:.1} standard errors from no effect on the training recordings", trialled.training.t()),
-    ));
-    match &trialled.held_out {
-        Some(held_out) => {
-            gates.push(gate(
-                HELD_OUT,
-                held_out.z > options.held_out_gate,
-                format!("improves the held-out recordings by {:.1} standard errors", held_out.z),
-            ));
-            gates.push(gate(
-                NO_WORSE,
-                held_out.worst_z > -2.0,
-                format!("the held-out recording that gains least: {:.1} standard errors", held_out.worst_z),
-            ));
-        }
-        None => gates.push(gate(HELD_OUT, false, "nothing was held out".to_owned())),
-    }
+    let t = trialled.training.t();
+    let detail = format!("{t:.1} standard errors from no effect on the training recordings");
+    gate("training", t > threshold, detail)
+}
+
+fn held_out_gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
+    let Some(held_out) = &trialled.held_out else {
+        return vec![gate(HELD_OUT, false, "nothing was held out".to_owned())];
+    };
+    vec![
+        gate(
+            HELD_OUT,
+            held_out.z > options.held_out_gate,
+            format!("improves the held-out recordings by {:.1} standard errors", held_out.z),
+        ),
+        gate(
+            NO_WORSE,
+            held_out.worst_z > -2.0,
+            format!("the held-out recording that gains least: {:.1} standard errors", held_out.worst_z),
+        ),
+    ]
+}
+
+fn bounds_gate(trialled: &Trialled<'_>) -> Gate {
     let at_bound = trialled.parameters.iter().find(|(_, value, _, lower, upper)| {
         let close = 1e-6 * value.abs();
         (value - lower).abs() <= close || (upper - value).abs() <= close
     });
-    gates.push(match at_bound {
+    match at_bound {
         Some((name, value, ..)) => {
             gate("bounds", false, format!("{name} = {value:.4e} is pressed against its bound"))
         }
         None => gate("bounds", true, "no parameter is at a bound".to_owned()),
-    });
+    }
+}
+
+/// Whether the least of a law's strengths is more than its standard error; `None` for a law without any.
+fn determined_gate(trialled: &Trialled<'_>, options: &Options) -> Option<Gate> {
     let strengths = || {
         let amplitudes = trialled.parameters.iter().filter(|(name, ..)| trialled.amplitudes.contains(name));
         amplitudes.map(|(name, value, stderr, ..)| (name.as_str(), value.abs() / stderr))
@@ -195,56 +225,47 @@ pub(crate) fn gates(trialled: &Trialled<'_>, options: &Options) -> Vec<Gate> {
         other_direction(name).is_some_and(|other| strengths().any(|(name, its)| name == other && its > t))
     };
     let weakest = strengths().filter(|(name, t)| !is_outdone(name, *t)).min_by(|a, b| a.1.total_cmp(&b.1));
-    if let Some((name, t)) = weakest {
-        // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop
-        // that is touched shortly is certain without being known well: how far away it is is clear, how hard
-        // it pushes back is not. A hysteresis of unknown strength and unknown yield is dry friction, and not
-        // named on top.
-        let is_only = only_strength(trialled.parameters, trialled.amplitudes, options).is_some();
-        let needed = if is_only { ONLY_STRENGTH } else { options.training_gate };
-        let passed = t > needed;
-        gates.push(gate(DETERMINED, passed, format!("{name} is {t:.1} standard errors from zero")));
-    }
-    let share = trialled.share();
-    gates.push(gate(
-        SIZE,
-        share > NOTICEABLE && trialled.held_out_share.is_none_or(|share| share > NOTICEABLE),
-        size_in_words(share, trialled.held_out_share),
-    ));
-    if let Some(closer) = &trialled.closer {
-        if let Some(Consistency { p, spread, .. }) = closer.consistency {
-            gates.push(gate(
-                "consistent",
-                p > DISAGREES_P || spread < DISAGREES_BY,
-                format!(
-                    "recordings and their halves on their own would have it up to {:.0} % different (p = {p:.1e})",
-                    100.0 * spread
-                ),
-            ));
-        }
-        gates.push(stable_gate(trialled, closer));
-        if let Some(rivalry) = closer.cut_short {
-            gates.push(gate(
-                UNRIVALLED,
-                trialled.is_unrivalled(Some(rivalry), options) || (closer.rest_is_foreign && trialled.is_beyond_doubt(options)),
-                format!(
-                    "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
-                     of its effect being what no others make",
-                    100.0 * trialled.least_share().clamp(0.0, 1.0),
-                    100.0 * rivalry.own_share
-                ),
-            ));
-        }
-        if let (Some(rest), Some(held_out)) = (closer.rest, &trialled.held_out) {
-            let beside = trialled.rest_beside(rest, closer.rest_is_foreign);
-            gates.push(gate(
-                SUFFICIENT,
-                beside < LARGE_REST || held_out.z > DOUBT * options.held_out_gate,
-                format!("{}, held-out gain {:.1} standard errors", rest_in_words(beside), held_out.z),
-            ));
-        }
-    }
-    gates
+    let (name, t) = weakest?;
+    // That a law's only strength is not nothing, its gain on the training recordings has shown. A stop that
+    // is touched shortly is certain without being known well: how far away it is is clear, how hard it pushes
+    // back is not. A hysteresis of unknown strength and unknown yield is dry friction, and not named on top.
+    let is_only = only_strength(trialled.parameters, trialled.amplitudes, options).is_some();
+    let needed = if is_only { ONLY_STRENGTH } else { options.training_gate };
+    Some(gate(DETERMINED, t > needed, format!("{name} is {t:.1} standard errors from zero")))
+}
+
+fn consistency_gate(Consistency { p, spread, .. }: Consistency) -> Gate {
+    let detail = format!(
+        "recordings and their halves on their own would have it up to {:.0} % different (p = {p:.1e})",
+        100.0 * spread
+    );
+    gate("consistent", p > DISAGREES_P || spread < DISAGREES_BY, detail)
+}
+
+fn rivalry_gate(trialled: &Trialled<'_>, closer: &Closer, rivalry: Rivalry, options: &Options) -> Gate {
+    let is_beside_noise = closer.rest_is_foreign && trialled.is_beyond_doubt(options);
+    gate(
+        UNRIVALLED,
+        trialled.is_unrivalled(Some(rivalry), options) || is_beside_noise,
+        format!(
+            "the search was ended with more than noise left; takes {:.0} % off what noise does not explain beside the other laws, {:.0} % \
+             of its effect being what no others make",
+            100.0 * trialled.least_share().clamp(0.0, 1.0),
+            100.0 * rivalry.own_share
+        ),
+    )
+}
+
+/// Whether what remains is small beside what a law explains, or the law beyond doubt; `None` where nothing
+/// remains and where nothing was held out.
+fn rest_gate(trialled: &Trialled<'_>, closer: &Closer, options: &Options) -> Option<Gate> {
+    let (rest, held_out) = (closer.rest?, trialled.held_out.as_ref()?);
+    let beside = trialled.rest_beside(rest, closer.rest_is_foreign);
+    Some(gate(
+        SUFFICIENT,
+        beside < LARGE_REST || held_out.z > DOUBT * options.held_out_gate,
+        format!("{}, held-out gain {:.1} standard errors", rest_in_words(beside), held_out.z),
+    ))
 }
 
 /// Springs that soften let go of a machine somewhere. One that leaves next to nothing of any recording is
@@ -256,7 +277,7 @@ fn stable_gate(trialled: &Trialled<'_>, closer: &Closer) -> Gate {
         (false, false) => "runs away at 1.1 times the largest input",
         (true, _) => "simulated at 1.1 times the largest input",
     };
-    Gate { name: STABLE.to_owned(), passed: closer.stable || is_right_so_far, detail: detail.to_owned() }
+    gate(STABLE, closer.stable || is_right_so_far, detail.to_owned())
 }
 
 /// The shares of what noise does not explain that a law takes off the training and the held-out recordings.
@@ -285,7 +306,7 @@ fn rest_in_words(beside: f64) -> String {
 pub(crate) fn pulls_back(law: &Physics) -> Option<Gate> {
     let stiffness = (law.id == "cable_spring").then(|| law.parameters.get("stiffness"))??;
     let detail = format!("stiffness of {stiffness:.3e}");
-    Some(Gate { name: "pulls back".to_owned(), passed: *stiffness > 0.0, detail })
+    Some(gate("pulls back", *stiffness > 0.0, detail))
 }
 
 /// Name of a law's strength where it has one and its shapes are clear: rows are name, value, standard error

@@ -17,47 +17,20 @@ use crate::simulation::simulate;
 use stillbeam_recording::Role;
 
 impl Search<'_> {
-    /// Finishes the fit of the chosen set, runs the gates of each of its laws against the set without it,
-    /// drops the weakest law that fails one and begins again, until all that are left pass. Then looks for
-    /// rivals: sets in which another law in a law's place does as well.
+    /// Finishes the fit of the chosen set, keeps what passes of it, and looks for rivals: sets in which
+    /// another law in a law's place does as well.
     pub(crate) fn judge(
         &self,
-        mut selection: Selection,
+        selection: Selection,
         refitted: &Fitted,
         say: &mut dyn FnMut(&str, f64),
     ) -> Selection {
         say("judging what was chosen", 0.0);
-        let mut without;
-        loop {
-            if selection.chosen.laws.is_empty() {
-                let laws = Vec::new();
-                selection.chosen = self.member(laws, refitted.clone()).unwrap_or(selection.chosen);
-                return selection;
-            }
-            let finished = self.one_force_as_one_law(self.finished(selection.chosen));
-            selection.chosen = self.even_if_as_good(self.uneven_if_better(finished));
-            if self.study.is_spent() {
-                selection.left_out.push("the best values of what was chosen");
-            }
-            let rivals = Rivals::of(&selection, self.is_over());
-            let (judged, sets) = self.judge_laws(&selection.chosen, refitted, &rivals);
-            without = sets;
-            let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());
-            let weight = |tried: &Tried| tried.held_out.map_or(tried.training.z, |held_out| held_out.z);
-            let weakest = failing.min_by(|a, b| weight(a.1).total_cmp(&weight(b.1))).map(|(place, _)| place);
-            match weakest {
-                None => {
-                    selection.judged = judged;
-                    break;
-                }
-                Some(place) => {
-                    // What was judged stays on the record of the candidates.
-                    let dropped = judged[place].clone();
-                    selection.tried.retain(|tried| tried.candidate != dropped.candidate);
-                    selection.tried.push(dropped);
-                    selection.chosen = without.swap_remove(place);
-                }
-            }
+        let (mut selection, without) = self.those_that_pass(selection, refitted);
+        if selection.chosen.laws.is_empty() {
+            let laws = Vec::new();
+            selection.chosen = self.member(laws, refitted.clone()).unwrap_or(selection.chosen);
+            return selection;
         }
         for (place, set) in without.iter().enumerate() {
             say("looking for laws that would do as well", 0.3 + 0.6 * place as f64 / without.len() as f64);
@@ -72,6 +45,46 @@ impl Search<'_> {
         }
         let both = self.both_exchanged(&selection);
         selection.rivals.extend(both);
+        self.add_left_open(&mut selection, refitted);
+        if !self.is_over() {
+            self.put_simplest_first(&mut selection, refitted);
+            self.put_richest_first(&mut selection, refitted);
+        }
+        selection.chosen = self.with_sharper_steps(selection.chosen);
+        selection
+    }
+
+    /// Runs the gates of each law of the chosen set against the set without it, drops the weakest law that
+    /// fails one and begins again, until all that are left pass. With it come the sets without each of these.
+    fn those_that_pass(&self, mut selection: Selection, refitted: &Fitted) -> (Selection, Vec<Member>) {
+        loop {
+            if selection.chosen.laws.is_empty() {
+                return (selection, Vec::new());
+            }
+            let finished = self.one_force_as_one_law(self.finished(selection.chosen));
+            selection.chosen = self.even_if_as_good(self.uneven_if_better(finished));
+            if self.study.is_spent() {
+                selection.left_out.push("the best values of what was chosen");
+            }
+            let rivals = Rivals::of(&selection, self.is_over());
+            let (judged, mut without) = self.judge_laws(&selection.chosen, refitted, &rivals);
+            let failing = judged.iter().enumerate().filter(|(_, tried)| !tried.passes());
+            let weight = |tried: &Tried| tried.held_out.map_or(tried.training.z, |held_out| held_out.z);
+            let weakest = failing.min_by(|a, b| weight(a.1).total_cmp(&weight(b.1))).map(|(place, _)| place);
+            let Some(place) = weakest else {
+                selection.judged = judged;
+                return (selection, without);
+            };
+            // What was judged stays on the record of the candidates.
+            let dropped = judged[place].clone();
+            selection.tried.retain(|tried| tried.candidate != dropped.candidate);
+            selection.tried.push(dropped);
+            selection.chosen = without.swap_remove(place);
+        }
+    }
+
+    /// Adds sets in which a law of the chosen one may be richer.
+    fn add_left_open(&self, selection: &mut Selection, refitted: &Fitted) {
         let open = self.left_open(&selection.chosen).into_iter();
         let open = open.filter(|member| !selection.has_rival(&member.laws));
         // What the recordings are said to show has to pass its gates; what they only leave open cannot, and
@@ -79,7 +92,7 @@ impl Search<'_> {
         let contends = |member: &Member| {
             !self.is_likelier(&selection.chosen, member)
                 || self.has_friction_known_as_a_sum(member)
-                || self.judged_passing(member, &selection, refitted).is_some()
+                || self.judged_passing(member, selection, refitted).is_some()
         };
         let open: Vec<Member> = open.filter(contends).collect();
         for member in open {
@@ -88,12 +101,6 @@ impl Search<'_> {
                 selection.rivals.push(member);
             }
         }
-        if !self.is_over() {
-            self.put_simplest_first(&mut selection, refitted);
-            self.put_richest_first(&mut selection, refitted);
-        }
-        selection.chosen = self.with_sharper_steps(selection.chosen);
-        selection
     }
 
     /// The judgement of every law of a set, where all of them pass.
@@ -155,17 +162,7 @@ impl Search<'_> {
         (0..chosen.laws.len())
             .into_par_iter()
             .map(|place| {
-                let without = if chosen.laws.len() == 1 {
-                    self.member(Vec::new(), refitted.clone())
-                } else {
-                    self.without(chosen, place)
-                };
-                // Where the rest cannot be fitted without it, the law is measured against the refitted model.
-                let mut without = without.unwrap_or_else(|| Member {
-                    laws: Vec::new(),
-                    fitted: refitted.clone(),
-                    held_out: chosen.held_out.clone(),
-                });
+                let mut without = self.without_or_refitted(chosen, place, refitted);
                 let own = format!("physics.{}.", self.given_laws + place + 1);
                 let amplitudes = self.candidates[chosen.laws[place]].amplitude_names();
                 let strengths = chosen.fitted.free.iter().zip(&known.agreements).filter(|(parameter, _)| {
@@ -203,6 +200,21 @@ impl Search<'_> {
                 (tried, without)
             })
             .unzip()
+    }
+
+    /// The set without its law at a place. Where the rest cannot be fitted without it, that is the refitted
+    /// model.
+    fn without_or_refitted(&self, chosen: &Member, place: usize, refitted: &Fitted) -> Member {
+        let without = if chosen.laws.len() == 1 {
+            self.member(Vec::new(), refitted.clone())
+        } else {
+            self.without(chosen, place)
+        };
+        without.unwrap_or_else(|| Member {
+            laws: Vec::new(),
+            fitted: refitted.clone(),
+            held_out: chosen.held_out.clone(),
+        })
     }
 
     /// Whether held-out recordings show a law less than twice as clearly as they must.

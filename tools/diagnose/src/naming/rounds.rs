@@ -14,11 +14,12 @@ use super::second_tries::take_better;
 use super::selection::Search;
 use super::sets::Member;
 use super::sketches::Sketched;
-use super::trials::Trial;
+use super::trials::{Candidate, Trial};
 use crate::adequacy::Rest;
 use crate::effort::Effort;
 use crate::fit::{Fitted, Others};
 use crate::intervals::rough_standard_errors;
+use crate::parameters::FreeParameter;
 use crate::result::Gate;
 use crate::stacking::Stack;
 
@@ -358,30 +359,10 @@ impl Search<'_> {
         let held_out = (!self.study.held_out.is_empty()).then(|| {
             improvement(&self.study.stack(Role::HeldOut), &base.held_out, &member.held_out, slowest_hz)
         });
-        let parameters: Vec<(String, f64, f64, f64, f64)> = member
-            .fitted
-            .free
-            .iter()
-            .zip(&member.fitted.values)
-            .zip(errors)
-            .filter_map(|((parameter, value), stderr)| {
-                let name = parameter.path.strip_prefix(own)?.to_owned();
-                // A law that is complete at its bound is not pressed against it.
-                let mut specs = self.candidates[candidate].law.parameters().iter();
-                let is_natural = specs.any(|spec| {
-                    spec.name == name && spec.is_complete_at_upper && spec.upper == parameter.upper
-                });
-                let upper = if is_natural { f64::INFINITY } else { parameter.upper };
-                Some((name, *value, *stderr, parameter.lower, upper))
-            })
-            .collect();
-        let mut parameters = parameters;
-        let law = own.split('.').nth(1).and_then(|number| number.parse::<usize>().ok());
-        let law = law.and_then(|number| member.fitted.hypothesis.model.setup().physics.get(number - 1));
-        let stderr = self.candidates[candidate].step_stderr;
-        if let (Some(step), Some(stderr)) = (law.and_then(|law| law.parameters.get("step")), stderr) {
-            parameters.push(("step".to_owned(), *step, stderr, f64::NEG_INFINITY, f64::INFINITY));
-        }
+        let number = own.split('.').nth(1).and_then(|number| number.parse::<usize>().ok());
+        let laws = &member.fitted.hypothesis.model.setup().physics;
+        let law = number.and_then(|number| laws.get(number - 1));
+        let parameters = self.parameters_of(&member.fitted, (candidate, law), own, errors);
         let amplitudes = self.candidates[candidate].amplitude_names();
         let noise = stack.present() as f64;
         let trialled = Trialled {
@@ -406,6 +387,36 @@ impl Search<'_> {
             tried.gates.push(known);
         }
         tried
+    }
+}
+
+/// Name, value, standard error, lower and upper bound of a parameter of a law.
+type Row = (String, f64, f64, f64, f64);
+
+impl Search<'_> {
+    /// The parameters, whose paths start with `own`, of a law in a fit: those that are free, with these
+    /// errors, and a step that was read off the recordings.
+    fn parameters_of(
+        &self,
+        fitted: &Fitted,
+        (candidate, law): (usize, Option<&Physics>),
+        own: &str,
+        errors: &[f64],
+    ) -> Vec<Row> {
+        let Candidate { law: known, step_stderr, .. } = &self.candidates[candidate];
+        let row = |((free, value), stderr): ((&FreeParameter, &f64), &f64)| {
+            let name = free.path.strip_prefix(own)?.to_owned();
+            // A law that is complete at its bound is not pressed against it.
+            let mut specs = known.parameters().iter();
+            let is_natural =
+                specs.any(|spec| spec.name == name && spec.is_complete_at_upper && spec.upper == free.upper);
+            Some((name, *value, *stderr, free.lower, if is_natural { f64::INFINITY } else { free.upper }))
+        };
+        let free = fitted.free.iter().zip(&fitted.values).zip(errors).filter_map(row);
+        let step = law.and_then(|law| law.parameters.get("step")).zip(*step_stderr);
+        let step =
+            step.map(|(step, stderr)| ("step".to_owned(), *step, stderr, f64::NEG_INFINITY, f64::INFINITY));
+        free.chain(step).collect()
     }
 }
 

@@ -3,11 +3,12 @@
 
 use stillbeam_identify::tall::{Orthonormal, dot};
 use stillbeam_plant::Motion;
+use stillbeam_plant::catalogue::Trial;
 use stillbeam_recording::Role;
 
 use crate::fit::Fitted;
 use crate::naming::screening::small_effect_on;
-use crate::naming::trials::{Candidate, Trial};
+use crate::naming::trials::Candidate;
 use crate::simulation::{first_effect, motion};
 use crate::stacking::Stack;
 use crate::study::Study;

@@ -12,6 +12,7 @@
 
 use rayon::prelude::*;
 use stillbeam_identify::tall::dot;
+use stillbeam_plant::catalogue::Trial;
 use stillbeam_plant::{Physics, StateSpace};
 use stillbeam_recording::Role;
 
@@ -19,7 +20,7 @@ use super::rounds::Tried;
 use super::second_tries::take_better;
 use super::selection::Search;
 use super::sets::Member;
-use super::trials::{Candidate, Trial};
+use super::trials::Candidate;
 use crate::adequacy::Rest;
 use crate::effort::Effort;
 use crate::fit::{LOUD, Others};

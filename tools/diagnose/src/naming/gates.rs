@@ -16,6 +16,7 @@
 //! The last four are asked of laws that were chosen, not of every one that was tried.
 
 use stillbeam_plant::Physics;
+use stillbeam_plant::catalogue::Law;
 
 use super::improvement::Improvement;
 use super::rivals::Rivalry;
@@ -301,12 +302,11 @@ fn rest_in_words(beside: f64) -> String {
     }
 }
 
-/// A cable that pushes is no cable: beside other laws it takes back what a parameter has moved too far.
-/// `None` for other laws.
-pub(crate) fn pulls_back(law: &Physics) -> Option<Gate> {
-    let stiffness = (law.id == "cable_spring").then(|| law.parameters.get("stiffness"))??;
-    let detail = format!("stiffness of {stiffness:.3e}");
-    Some(gate("pulls back", *stiffness > 0.0, detail))
+/// Whether a law that can only pull does; `None` for other laws.
+pub(crate) fn pulls_back(known: &dyn Law, law: &Physics) -> Option<Gate> {
+    let name = known.pulls_by()?;
+    let strength = law.parameters.get(name)?;
+    Some(gate("pulls back", *strength > 0.0, format!("{name} of {strength:.3e}")))
 }
 
 /// Name of a law's strength where it has one and its shapes are clear: rows are name, value, standard error
@@ -368,6 +368,7 @@ pub(super) fn is_only_undetermined(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stillbeam_plant::catalogue::laws;
 
     #[test]
     fn a_law_of_which_only_the_strength_is_not_known_well_may_be_the_one_that_is_there() {
@@ -562,7 +563,9 @@ mod tests {
     #[test]
     fn a_cable_that_pushes_is_none() {
         let passes = |id: &str, stiffness: f64| {
-            pulls_back(&Physics::new(id, "base").with("stiffness", stiffness)).map(|gate| gate.passed)
+            let known = laws().iter().find(|law| law.id() == id).unwrap();
+            let law = Physics::new(id, "base").with("stiffness", stiffness);
+            pulls_back(*known, &law).map(|gate| gate.passed)
         };
         assert_eq!(passes("cable_spring", 40.0), Some(true));
         assert_eq!(passes("cable_spring", -40.0), Some(false));

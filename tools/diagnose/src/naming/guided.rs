@@ -183,7 +183,7 @@ mod tests {
     use crate::naming::on_a_spring::{
         hardening, let_go, machine, noisy_runs, searched, searched_around, unpushed,
     };
-    use crate::naming::trials::BEYOND_REACH;
+    use stillbeam_plant::catalogue::BEYOND_REACH;
 
     const STIFFNESS: f64 = 2e5;
 

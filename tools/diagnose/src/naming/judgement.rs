@@ -1,6 +1,7 @@
 //! The last word: every law of the chosen set against the set without it, and what would do as well.
 
 use rayon::prelude::*;
+use stillbeam_plant::catalogue::Law;
 
 use super::gates::{Closer, DOUBT, is_only_unconfirmed, is_only_undetermined};
 use super::improvement::improvement;
@@ -322,11 +323,11 @@ impl Search<'_> {
             }
             let chosen = &selection.chosen;
             // A law that contains the chosen one always does as well, and for that alone is no rival for it.
-            let ids = |member: &Member| {
-                member.laws.iter().map(|law| self.candidates[*law].law.id()).collect::<Vec<&str>>()
+            let laws = |member: &Member| -> Vec<&dyn Law> {
+                member.laws.iter().map(|&law| self.candidates[law].law).collect()
             };
-            let (theirs, ours) = (ids(&other.member), ids(chosen));
-            let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(rich, simple)));
+            let (theirs, ours) = (laws(&other.member), laws(chosen));
+            let contains = theirs.iter().any(|rich| ours.iter().any(|simple| contains(*rich, *simple)));
             let as_simple = !contains || other.member.fitted.free.len() <= chosen.fitted.free.len();
             let known_to_be_better = self.is_better_in_training(&other, chosen);
             if (other.passes() || known_to_be_better)

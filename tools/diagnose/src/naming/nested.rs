@@ -6,11 +6,12 @@
 
 use rayon::prelude::*;
 use stillbeam_plant::Physics;
+use stillbeam_plant::catalogue::{Law, Trial};
 use stillbeam_recording::Role;
 
 use super::selection::Search;
 use super::sets::Member;
-use super::trials::{Candidate, Trial};
+use super::trials::Candidate;
 use crate::fit::Fitted;
 use crate::intervals::standard_errors;
 use crate::parameters::FreeParameter;
@@ -156,7 +157,7 @@ impl Search<'_> {
     pub(super) fn even_for(&self, chosen: &Member, place: usize) -> Option<usize> {
         let rich = &self.candidates[chosen.laws[place]];
         self.candidates.iter().position(|other| {
-            other.law.id() == EVEN && other.location == rich.location && contains(rich.law.id(), EVEN)
+            other.law.id() == EVEN && other.location == rich.location && contains(rich.law, other.law)
         })
     }
 
@@ -297,13 +298,8 @@ fn sliding_force(law: &Physics) -> Option<f64> {
 }
 
 /// Whether one law is another at the end of its range.
-pub(crate) fn contains(rich: &str, simple: &str) -> bool {
-    match simple {
-        "coulomb_friction" => [DIPPED, UNEVEN, MICRO_SLIP].contains(&rich),
-        "constant_force" => ["asymmetric_friction", "cogging"].contains(&rich),
-        "cable_spring" => ["hysteresis", "cogging", "bilinear_stiffness"].contains(&rich),
-        _ => false,
-    }
+pub(crate) fn contains(rich: &dyn Law, simple: &dyn Law) -> bool {
+    simple.richer().contains(&rich.id())
 }
 
 /// Friction that differs by direction by more than this share of its mean, either way, is not the same both

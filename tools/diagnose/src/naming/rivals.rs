@@ -151,7 +151,8 @@ fn own_share(screened: &[Screened], candidate: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trials::Trial;
+    use stillbeam_plant::catalogue::Trial;
+
     use super::*;
     use crate::naming::on_a_spring::{searched_beside_a_hardening_spring, stopped_at};
 

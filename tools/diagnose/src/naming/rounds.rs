@@ -14,7 +14,7 @@ use super::second_tries::take_better;
 use super::selection::Search;
 use super::sets::Member;
 use super::sketches::Sketched;
-use super::trials::{Candidate, Trial};
+use super::trials::Candidate;
 use crate::adequacy::Rest;
 use crate::effort::Effort;
 use crate::fit::{Fitted, Others};
@@ -379,7 +379,7 @@ impl Search<'_> {
         let unrivalled = trialled.is_unrivalled(rivalry, self.options);
         let runs_away = closer.is_some_and(|closer| !closer.stable);
         let mut gates = gates(&trialled, self.options);
-        gates.extend(law.and_then(pulls_back));
+        gates.extend(law.and_then(|law| pulls_back(self.candidates[candidate].law, law)));
         let mut tried =
             Tried { member, candidate, training, held_out, gates, parameters, unrivalled, runs_away };
         if let Some(known) = self.known_from_below(&tried, own) {
@@ -455,13 +455,6 @@ impl Search<'_> {
         let noise = self.study.stack(Role::HeldOut).present() as f64;
         let (before, after) = (left(without), left(with));
         (before - after) / (before - noise.min(after)).max(f64::MIN_POSITIVE)
-    }
-}
-
-impl Trial {
-    /// Names of the parameters that set the strength.
-    pub(crate) fn amplitude_names(&self) -> Vec<String> {
-        self.amplitudes.iter().map(|(name, _)| (*name).to_owned()).collect()
     }
 }
 

@@ -5,9 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
 use stillbeam_plant::Motion;
+use stillbeam_plant::catalogue::Trial;
 
 use super::sizing::{CLOSE, ROUNDS, brought_to_size};
-use super::trials::{Candidate, Trial};
+use super::trials::Candidate;
 use crate::fit::Fitted;
 use crate::intervals::Scatter;
 use crate::simulation::{first_effect, motion};

@@ -194,9 +194,10 @@ fn is_better(found: &Tried, known: &Tried) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use stillbeam_plant::catalogue::Trial;
+
     use super::*;
     use crate::naming::on_a_spring::{fitted_with, machine, noisy_runs, searched, stopped_at};
-    use crate::naming::trials::Trial;
     use crate::result::Gate;
 
     #[test]

@@ -3,6 +3,7 @@
 
 use stillbeam_identify::tall::dot;
 use stillbeam_plant::Physics;
+use stillbeam_plant::catalogue::Trial;
 use stillbeam_recording::Role;
 
 use super::gates::NOTICEABLE;
@@ -11,7 +12,6 @@ use super::rounds::directions;
 use super::screening::Screened;
 use super::selection::Search;
 use super::sets::{Member, law_parameters};
-use super::trials::Trial;
 use crate::effort::Effort;
 use crate::fit::{Fitted, Others, fit_near};
 use crate::parameters::FreeParameter;

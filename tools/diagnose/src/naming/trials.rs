@@ -1,16 +1,9 @@
-//! What a law is tried with before anything is fitted: sizes that fit this machine's motion.
-//!
-//! A law's parameters are of two kinds. *Amplitudes* make it weaker or stronger and are zero where it is
-//! absent; they are scaled until the law's effect on the outputs has the size of what is to be explained.
-//! *Shapes* (a period, a speed, a contact) say what it looks like; several values are tried and the best
-//! starts the fit.
+//! The laws of the catalogue at the places of a machine, with what each is tried with there.
 
-use std::f64::consts::FRAC_PI_2;
-
-use stillbeam_plant::catalogue::{Law, candidates};
+use stillbeam_plant::catalogue::{Law, Sizes, Trial, candidates};
 use stillbeam_plant::{Model, Physics};
 
-use super::scales::{Scale, Scales};
+use super::scales::Scales;
 use crate::parameters::{FreeParameter, free_parameters};
 use crate::reading_step::ReadingStep;
 use crate::record::Record;
@@ -28,68 +21,6 @@ pub(crate) struct Candidate {
     pub(crate) ranges: Vec<(&'static str, f64, f64)>,
     /// Standard error of a step that is read off the recordings and not fitted.
     pub(crate) step_stderr: Option<f64>,
-}
-
-/// One set of values to try.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trial {
-    /// Parameters that scale the effect, with a first guess of their size.
-    pub(crate) amplitudes: Vec<(&'static str, f64)>,
-    /// The other parameters.
-    pub(crate) shapes: Vec<(&'static str, f64)>,
-}
-
-impl Trial {
-    /// Whether this is another trial's wave a quarter of a period ahead.
-    pub(crate) fn is_quadrature_of(&self, other: &Self) -> bool {
-        self.amplitudes == other.amplitudes
-            && other.turned(FRAC_PI_2).is_some_and(|ahead| ahead.shapes == self.shapes)
-    }
-
-    /// Whether two trials of one law add up to one of the same law: a wave and the one a quarter ahead, a
-    /// cable that pulls towards where the machine starts and one that pulls evenly.
-    pub(crate) fn adds_to(&self, other: &Self) -> bool {
-        self.is_quadrature_of(other) || (self.rest_position().is_some() && other.rest_position().is_some())
-    }
-
-    /// The trial, and what its amplitudes are to be multiplied by, that has so many times the force of this
-    /// one and so many times that of one that adds to it; `None` where there is none.
-    pub(crate) fn combined(&self, parts: [f64; 2], other: &Self) -> Option<(Self, f64)> {
-        let (Some(rest), Some(other_rest)) = (self.rest_position(), other.rest_position()) else {
-            return Some((self.turned(parts[1].atan2(parts[0]))?, parts[0].hypot(parts[1])));
-        };
-        let own = self.amplitudes.first()?.1;
-        let [k, other_k] = [parts[0] * own, parts[1] * other.amplitudes.first()?.1];
-        let mut trial = self.clone();
-        let (_, value) = trial.shapes.iter_mut().find(|(name, _)| *name == "rest_position")?;
-        *value = (k * rest + other_k * other_rest) / (k + other_k);
-        value.is_finite().then_some((trial, (k + other_k) / own))
-    }
-
-    /// The period of a wave along the travel; `None` for what is none.
-    pub(crate) fn period(&self) -> Option<f64> {
-        self.shapes.iter().find(|(name, _)| *name == "period").map(|(_, value)| *value)
-    }
-
-    /// The same wave with another period; `None` for what is none.
-    pub(crate) fn with_period(&self, period: f64) -> Option<Self> {
-        let mut other = self.clone();
-        let (_, value) = other.shapes.iter_mut().find(|(name, _)| *name == "period")?;
-        *value = period;
-        Some(other)
-    }
-
-    fn rest_position(&self) -> Option<f64> {
-        self.shapes.iter().find(|(name, _)| *name == "rest_position").map(|(_, value)| *value)
-    }
-
-    /// The same wave with another phase; `None` for what is no wave.
-    pub(crate) fn turned(&self, by_rad: f64) -> Option<Self> {
-        let mut turned = self.clone();
-        let (_, phase) = turned.shapes.iter_mut().find(|(name, _)| *name == "phase")?;
-        *phase += by_rad;
-        Some(turned)
-    }
 }
 
 impl Candidate {
@@ -165,6 +96,7 @@ pub(crate) fn all_candidates(
         .collect();
     let mut found = Vec::new();
     let is_driven = records.iter().any(|record| record.input.is_some());
+    let longest_s = records.iter().map(Record::duration_s).fold(0.0, f64::max);
     for candidate in candidates(&hypothesis.model) {
         let Some(location) = locations.get(candidate.location) else { continue };
         let is_left_out = without.iter().any(|id| id == candidate.law.id());
@@ -172,21 +104,33 @@ pub(crate) fn all_candidates(
             continue;
         }
         let Some(scale) = scales.at(hypothesis, location) else { continue };
+        let sizes = Sizes {
+            displacement: scale.displacement,
+            reach: scale.reach,
+            travel: scale.travel,
+            velocity: scale.velocity,
+            force: scale.force,
+            input: scales.input,
+            peaks_hz,
+            longest_s,
+            ..Sizes::default()
+        };
         let mut push = |column: Option<String>, output: usize| {
-            let trials =
-                trials((candidate.law.id(), location == "sensor"), scale, scales, output, records, peaks_hz);
+            let step = reading_step(records, output);
+            let sizes = Sizes {
+                output: scales.outputs.get(output).copied().unwrap_or_default(),
+                reading_step: step.as_ref().map(|step| step.value),
+                ..sizes
+            };
+            let trials = candidate.law.trials(&sizes);
             if !trials.is_empty() {
-                let ranges =
-                    ranges((candidate.law.id(), location == "sensor"), scale, scales, output, records);
-                let is_read_off = candidate.law.id() == "quantisation";
-                let step = is_read_off.then(|| reading_step(records, output)).flatten();
                 found.push(Candidate {
-                    step_stderr: step.map(|step| step.stderr),
+                    step_stderr: step.filter(|_| candidate.law.is_read_off()).map(|step| step.stderr),
                     law: candidate.law,
                     location: location.clone(),
                     column,
                     trials,
-                    ranges,
+                    ranges: candidate.law.ranges(&sizes),
                 });
             }
         };
@@ -208,195 +152,11 @@ fn may_show(model: &Model, free: &[FreeParameter], law: &dyn Law, location: &str
     // other frequencies are the same.
     let is_free_to_be_late = law.is_late() && !is_driven;
     // Linear laws of the structure as a whole are the same wherever on the beam they are said to sit.
-    let is_of_the_whole = ["extra_mode", "tip_mass", "clamp_compliance"].contains(&law.id());
+    let is_of_the_whole = law.is_of_the_whole();
     let is_at_the_beam_too = location == "tip" && model.locations().iter().any(|other| other == "beam");
     let own = law.own_parameter(model, location);
     let is_a_parameter = own.is_some_and(|own| free.iter().any(|free| free.path == own));
     !(is_cut_off || is_free_to_be_late || (is_of_the_whole && is_at_the_beam_too) || is_a_parameter)
-}
-
-/// The trials of a law; none where it could not show.
-fn trials(
-    (id, at_sensor): (&str, bool),
-    at: Scale,
-    scales: &Scales,
-    output: usize,
-    records: &[Record],
-    peaks_hz: &[f64],
-) -> Vec<Trial> {
-    let (z, v, f) = (at.displacement, at.velocity, at.force);
-    let [u, u_most] = scales.input;
-    let [y, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
-    let amplitude =
-        |name: &'static str, value: f64| vec![Trial { amplitudes: vec![(name, value)], shapes: Vec::new() }];
-    let shaped = |name: &'static str, value: f64, shapes: &[(&'static str, f64)]| Trial {
-        amplitudes: vec![(name, value)],
-        shapes: shapes.to_vec(),
-    };
-    let limits = |most: f64| -> Vec<Trial> {
-        [0.95, 0.8, 0.6]
-            .iter()
-            .map(|share| Trial { amplitudes: Vec::new(), shapes: vec![("limit", share * most)] })
-            .collect()
-    };
-    // So close together that between two of them the force's pattern moves by less than a quarter of a wave
-    // over the travel.
-    let waves = |name: &'static str, size: f64| -> Vec<Trial> {
-        let periods = (1..=MOST_WAVES * 4).map(|quarters| 4.0 * at.reach / f64::from(quarters));
-        let periods = periods.filter(|period| *period <= at.travel);
-        let both = periods.flat_map(|period| [0.0, FRAC_PI_2].map(|phase| (period, phase)));
-        both.map(|(period, phase)| shaped(name, size, &[("period", period), ("phase", phase)])).collect()
-    };
-    match id {
-        "coulomb_friction" => amplitude("force", f),
-        "stribeck_friction" => [0.1, 0.3]
-            .iter()
-            .map(|share| Trial {
-                amplitudes: vec![("force", f), ("static_force", 1.5 * f)],
-                shapes: vec![("velocity", share * v)],
-            })
-            .collect(),
-        "viscous_friction" => amplitude("damping", f / v),
-        "asymmetric_friction" => vec![
-            shaped(
-                "force_forward",
-                f,
-                &[("force_backward", 0.0), ("viscous_forward", 0.0), ("viscous_backward", 0.0)],
-            ),
-            shaped(
-                "force_backward",
-                f,
-                &[("force_forward", 0.0), ("viscous_forward", 0.0), ("viscous_backward", 0.0)],
-            ),
-            Trial {
-                amplitudes: vec![("force_forward", f), ("force_backward", 0.7 * f)],
-                shapes: vec![("viscous_forward", 0.0), ("viscous_backward", 0.0)],
-            },
-        ],
-        "bilinear_damping" => amplitude("damping", f / v),
-        "quadratic_drag" => amplitude("drag", f / (v * v)),
-        "cogging" => waves("force", f),
-        "force_ripple" => waves("ripple", 0.01),
-        // A base that nothing holds starts anywhere beside a cable's rest: far away it pulls evenly.
-        "cable_spring" => [(f / z, 0.0), (f / (FAR * z), FAR * z)]
-            .iter()
-            .map(|(stiffness, rest)| shaped("stiffness", *stiffness, &[("rest_position", *rest)]))
-            .collect(),
-        "cubic_stiffness" => amplitude("stiffness", f / (z * z * z)),
-        "quadratic_stiffness" => amplitude("stiffness", f / (z * z)),
-        // What of the spring's force the sine takes away at the largest angle.
-        "pendulum" => amplitude("stiffness", f / (z - z.sin()).abs().max(f64::MIN_POSITIVE)),
-        "hysteresis" => [0.3, 1.0, 3.0]
-            .iter()
-            .flat_map(|share| {
-                let dahl = shaped("stiffness", f / z, &[("beta", share / z)]);
-                // Yields as Dahl's, and comes back along a straight line.
-                let half = 0.5 * share / z;
-                [dahl, shaped("stiffness", f / z, &[("beta", half), ("gamma", half)])]
-            })
-            .collect(),
-        "backlash" => amplitude("gap", 0.02 * z),
-        "end_stop" => [0.95, 0.9, 0.8, 0.7, 0.6, 0.5]
-            .iter()
-            .map(|share| shaped("stiffness", f / z, &[("distance", share * at.reach)]))
-            .collect(),
-        "constant_force" => amplitude("force", f),
-        // Close enough that a contact between two of them is seen from one: at 0 and 0.4 of the reach alone,
-        // one at 0.2 looked like a cubic.
-        "bilinear_stiffness" => [0.0, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7]
-            .iter()
-            .map(|share| shaped("stiffness", f / z, &[("contact", share * at.reach)]))
-            .collect(),
-        "amplitude_damping" => amplitude("damping", f / (v * z * z)),
-        "extra_mode" => peaks_hz
-            .iter()
-            .map(|hz| shaped("participation", 0.01, &[("frequency", *hz), ("damping_ratio", 0.01)]))
-            .collect(),
-        "tip_mass" => amplitude("mass", 1e-3),
-        "clamp_compliance" => amplitude("compliance", 1e-4),
-        "servo_lag" => amplitude("time_constant", 1e-3),
-        "dead_time" | "delay" => amplitude("delay", 1e-3),
-        "saturation" if at_sensor => limits(y_most),
-        "saturation" => limits(u_most),
-        "dead_zone" => amplitude("threshold", 0.02 * u),
-        "gain_nonlinearity" => {
-            [amplitude("quadratic", 0.01 / u), amplitude("cubic", 0.01 / (u * u))].concat()
-        }
-        "quantisation" => {
-            reading_step(records, output).map_or_else(Vec::new, |ReadingStep { value: step, .. }| {
-                // What the noise before the rounding leaves of it.
-                [0.05, 0.15, 0.25, 0.4]
-                    .map(|share| Trial {
-                        amplitudes: Vec::new(),
-                        shapes: vec![("step", step), ("dither", share * step)],
-                    })
-                    .to_vec()
-            })
-        }
-        "nonlinearity" => [amplitude("quadratic", 0.01 / y), amplitude("cubic", 0.01 / (y * y))].concat(),
-        "crosstalk" => amplitude("share", 0.01 * y / u),
-        "exposure_blur" => amplitude("exposure", 2e-3),
-        "clock_skew" => amplitude("skew", 1e-5),
-        "rectification" => amplitude("share", 0.02),
-        "periodic_disturbance" => peaks_hz
-            .iter()
-            .flat_map(|hz| {
-                [0.0, FRAC_PI_2].map(|phase| shaped("force", f, &[("frequency", *hz), ("phase", phase)]))
-            })
-            .collect(),
-        "parameter_drift" => amplitude("rate", 1e-5),
-        _ => Vec::new(),
-    }
-}
-
-/// So many times the motion away a cable's rest is another force than a spring's.
-const FAR: f64 = 1e3;
-
-/// A stop is looked for up to this many times as far as the model goes without it.
-pub(super) const BEYOND_REACH: f64 = 2.0;
-
-/// A sensor's limit is looked for up to this many times its largest reading.
-const ABOVE_READINGS: f64 = 1.5;
-
-/// What swings less often during the longest recording is a drift and no mode.
-const FEWEST_PERIODS: f64 = 2.0;
-
-/// Waves of a force over half the travel that are looked for.
-const MOST_WAVES: i32 = 10;
-
-/// Outside these a law is another one: a wave of which no whole period was seen is a spring and an offset, a
-/// hysteresis that never yields too.
-fn ranges(
-    (id, at_sensor): (&str, bool),
-    at: Scale,
-    scales: &Scales,
-    output: usize,
-    records: &[Record],
-) -> Vec<(&'static str, f64, f64)> {
-    let [_, u_most] = scales.input;
-    let [_, y_most] = scales.outputs.get(output).copied().unwrap_or([0.0; 2]);
-    match id {
-        "cogging" | "force_ripple" => vec![("period", 0.05 * at.reach, at.travel)],
-        // How far a model without the stop goes is a guess of how far it is.
-        "end_stop" => vec![("distance", 0.1 * at.reach, BEYOND_REACH * at.reach)],
-        "bilinear_stiffness" => vec![("contact", -0.95 * at.reach, 0.95 * at.reach)],
-        "hysteresis" => vec![("beta", 0.02 / at.reach, 200.0 / at.displacement)],
-        "stribeck_friction" => vec![("velocity", 1e-3 * at.velocity, 3.0 * at.velocity)],
-        "saturation" => {
-            // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put
-            // aside: the limit lies about there and not below. A command is known exactly, and one above all
-            // that was asked for limits nothing.
-            let most = if at_sensor { ABOVE_READINGS * y_most } else { u_most };
-            vec![("limit", 0.05 * most, most)]
-        }
-        "dead_zone" => vec![("threshold", 0.0, u_most)],
-        "dead_time" | "delay" => vec![("delay", -0.1, 0.1)],
-        "extra_mode" => {
-            let longest_s = records.iter().map(Record::duration_s).fold(0.0, f64::max);
-            vec![("frequency", FEWEST_PERIODS / longest_s, f64::INFINITY), ("damping_ratio", 1e-5, 0.5)]
-        }
-        _ => Vec::new(),
-    }
 }
 
 /// The step of an output's readings, from the recording that says it best; `None` where it has none.
@@ -413,7 +173,7 @@ mod tests {
     use stillbeam_plant::Hold;
     use stillbeam_recording::Recording;
 
-    use crate::naming::on_a_spring::{let_go, machine, noisy_runs, searched, searched_around, unpushed};
+    use crate::naming::on_a_spring::{let_go, machine, noisy_runs, searched_around, unpushed};
     use crate::{Diagnosis, Options, diagnose};
 
     #[test]
@@ -513,26 +273,5 @@ mod tests {
         assert_eq!(named, ["quantisation"], "{}", found.sentence);
         let step = &found.effects[0].parameters["step"];
         assert!((step.value - step_m).abs() < 3.0 * step.stderr && step.stderr < 1e-3 * step_m, "{step:?}");
-    }
-
-    #[test]
-    fn what_swings_less_than_twice_in_the_longest_recording_is_no_mode() {
-        let train = noisy_runs(&machine(), &[1.0], 1e-5);
-        searched(&train, &noisy_runs(&machine(), &[2.0], 1e-5), |search, _| {
-            let at = Scale { displacement: 0.02, reach: 0.04, travel: 0.08, velocity: 0.1, force: 1.0 };
-            let of = |records: &[Record]| ranges(("extra_mode", false), at, &Scales::default(), 0, records);
-            let (name, least_hz, _) = of(&search.study.train)[0];
-            assert_eq!(name, "frequency");
-            assert!((least_hz * 20.0 - 2.0).abs() < 0.01, "{least_hz} Hz in 20 s");
-        });
-    }
-
-    #[test]
-    fn the_limit_of_a_saturating_sensor_may_be_its_largest_reading() {
-        let at = Scale { displacement: 0.02, reach: 0.04, travel: 0.08, velocity: 0.1, force: 1.0 };
-        let scales = Scales { input: [0.5, 1.0], outputs: vec![[0.02, 0.03]], ..Scales::default() };
-        let most = |at_sensor: bool| ranges(("saturation", at_sensor), at, &scales, 0, &[])[0].2;
-        assert!(most(true) > 1.1 * 0.03, "{}", most(true));
-        assert!(most(false) < 1.0 + 1e-9, "a command is known exactly");
     }
 }

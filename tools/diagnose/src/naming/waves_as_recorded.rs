@@ -11,6 +11,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use stillbeam_identify::tall::{Orthonormal, add_scaled, dot};
+use stillbeam_plant::catalogue::Trial;
 use stillbeam_plant::{Motion, Physics, StateSpace, force_along};
 use stillbeam_recording::Role;
 
@@ -18,7 +19,7 @@ use super::lines_over_position::{frequencies_along, of_both, tops};
 use super::other_valleys::is_held;
 use super::selection::Search;
 use super::sets::Member;
-use super::trials::{Candidate, Trial};
+use super::trials::Candidate;
 use crate::effort::Effort;
 use crate::fit::{Fitted, Others};
 use crate::parameters::FreeParameter;

@@ -1,6 +1,7 @@
 //! Damping that grows with amplitude.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `amplitude_damping`.
 pub struct AmplitudeDamping;
@@ -26,6 +27,10 @@ impl Law for AmplitudeDamping {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("damping", sizes.force / (sizes.velocity * sizes.displacement.powi(2)))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -2,6 +2,7 @@
 
 use super::dry::{dry_force, sliding_force};
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `asymmetric_friction`.
 pub struct AsymmetricFriction;
@@ -43,6 +44,22 @@ impl Law for AsymmetricFriction {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let without_viscous = |trial: Trial| trial.at("viscous_forward", 0.0).at("viscous_backward", 0.0);
+        let one_way = |name: &'static str, other: &'static str| {
+            without_viscous(Trial::of(name, sizes.force).at(other, 0.0))
+        };
+        let both = Trial {
+            amplitudes: vec![("force_forward", sizes.force), ("force_backward", 0.7 * sizes.force)],
+            shapes: Vec::new(),
+        };
+        vec![
+            one_way("force_forward", "force_backward"),
+            one_way("force_backward", "force_forward"),
+            without_viscous(both),
+        ]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -2,6 +2,7 @@
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, SignalLaw, Step};
 use super::piecewise::Beyond;
+use super::trial::{Sizes, Trial};
 use crate::model::Model;
 
 /// `backlash`.
@@ -24,6 +25,10 @@ impl Law for Backlash {
         const PARAMETERS: &[ParameterSpec] =
             &[ParameterSpec::size("gap", "{z}", "total lost motion between the two flanks")];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("gap", 0.02 * sizes.displacement)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

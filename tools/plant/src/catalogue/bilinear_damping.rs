@@ -1,6 +1,7 @@
 //! Damping that differs between the directions.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `bilinear_damping`.
 pub struct BilinearDamping;
@@ -25,6 +26,10 @@ impl Law for BilinearDamping {
             "added in the positive direction; negative where that is damped less",
         )];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("damping", sizes.force / sizes.velocity)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

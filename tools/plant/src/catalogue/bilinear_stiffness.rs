@@ -2,6 +2,7 @@
 
 use super::law::{Action, Given, Law, ParameterSpec, Place};
 use super::piecewise::Beyond;
+use super::trial::{Sizes, Trial};
 
 /// `bilinear_stiffness`.
 pub struct BilinearStiffness;
@@ -29,6 +30,17 @@ impl Law for BilinearStiffness {
             ParameterSpec::signed("contact", "{z}", "displacement at which it begins"),
         ];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let at = |share: f64| Trial::of("stiffness", sizes.stiffness()).at("contact", share * sizes.reach);
+        // Close enough that a contact between two of them is seen from one: at 0 and 0.4 of the reach alone,
+        // one at 0.2 looked like a cubic.
+        [0.0, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7].map(at).to_vec()
+    }
+
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        vec![("contact", -0.95 * sizes.reach, 0.95 * sizes.reach)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,9 +1,13 @@
 //! A cable that pulls.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `cable_spring`.
 pub struct CableSpring;
+
+/// So many times the motion away a cable's rest is another force than a spring's.
+const FAR: f64 = 1e3;
 
 impl Law for CableSpring {
     fn id(&self) -> &'static str {
@@ -24,6 +28,21 @@ impl Law for CableSpring {
             ParameterSpec::signed("rest_position", "{z}", "where it does not pull"),
         ];
         PARAMETERS
+    }
+
+    fn pulls_by(&self) -> Option<&'static str> {
+        Some("stiffness")
+    }
+
+    fn richer(&self) -> &'static [&'static str] {
+        &["hysteresis", "cogging", "bilinear_stiffness"]
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let far = FAR * sizes.displacement;
+        // A base that nothing holds starts anywhere beside a cable's rest: far away it pulls evenly.
+        let pulls = [(sizes.stiffness(), 0.0), (sizes.force / far, far)];
+        pulls.map(|(stiffness, rest)| Trial::of("stiffness", stiffness).at("rest_position", rest)).to_vec()
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

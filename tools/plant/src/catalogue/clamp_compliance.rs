@@ -1,6 +1,7 @@
 //! A clamp that gives way.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, Structure};
+use super::trial::{Sizes, Trial};
 use crate::model::Model;
 
 /// `clamp_compliance`.
@@ -23,6 +24,14 @@ impl Law for ClampCompliance {
         const PARAMETERS: &[ParameterSpec] =
             &[ParameterSpec::size("compliance", "rad/(N·m)", "angle per moment")];
         PARAMETERS
+    }
+
+    fn is_of_the_whole(&self) -> bool {
+        true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("compliance", 1e-4)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

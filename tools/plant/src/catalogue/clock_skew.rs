@@ -1,6 +1,7 @@
 //! A sensor with a clock of its own.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `clock_skew`.
 pub struct ClockSkew;
@@ -29,6 +30,10 @@ impl Law for ClockSkew {
 
     fn is_late(&self) -> bool {
         true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("skew", 1e-5)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::{sine_and_cosine, sine_over_angle};
+use super::trial::{Sizes, Trial};
 
 /// `cogging`.
 pub struct Cogging;
@@ -32,6 +33,14 @@ impl Law for Cogging {
             },
         ];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        sizes.waves("force", sizes.force)
+    }
+
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        sizes.wave_range()
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! A constant force.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `constant_force`.
 pub struct ConstantForce;
@@ -21,6 +22,14 @@ impl Law for ConstantForce {
     fn parameters(&self) -> &'static [ParameterSpec] {
         const PARAMETERS: &[ParameterSpec] = &[ParameterSpec::signed("force", "{F}", "the force")];
         PARAMETERS
+    }
+
+    fn richer(&self) -> &'static [&'static str] {
+        &["asymmetric_friction", "cogging"]
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("force", sizes.force)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -2,6 +2,7 @@
 
 use super::dry::{dry_force, sliding_force};
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `coulomb_friction`.
 pub struct CoulombFriction;
@@ -26,6 +27,14 @@ impl Law for CoulombFriction {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn richer(&self) -> &'static [&'static str] {
+        &["stribeck_friction", "asymmetric_friction", "hysteresis"]
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("force", sizes.force)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! Base motion in the tip signal.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `crosstalk`.
 pub struct Crosstalk;
@@ -25,6 +26,10 @@ impl Law for Crosstalk {
             "how much of the base shows",
         )];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("share", 0.01 * sizes.output[0] / sizes.input[0])]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! Hardening or softening.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `cubic_stiffness`.
 pub struct CubicStiffness;
@@ -25,6 +26,10 @@ impl Law for CubicStiffness {
             "force per displacement cubed; negative is softening",
         )];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("stiffness", sizes.force / sizes.displacement.powi(3))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

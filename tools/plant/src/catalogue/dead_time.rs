@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SignalLaw};
+use super::trial::{Sizes, Trial};
 
 /// `dead_time`.
 pub struct DeadTime;
@@ -27,6 +28,14 @@ impl Law for DeadTime {
 
     fn is_late(&self) -> bool {
         true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("delay", 1e-3)]
+    }
+
+    fn ranges(&self, _: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        vec![("delay", -0.1, 0.1)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! Small inputs that do nothing.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SignalLaw};
+use super::trial::{Sizes, Trial};
 
 /// `dead_zone`.
 pub struct DeadZone;
@@ -22,6 +23,14 @@ impl Law for DeadZone {
         const PARAMETERS: &[ParameterSpec] =
             &[ParameterSpec::size("threshold", "{u}", "what is ignored, either way")];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("threshold", 0.02 * sizes.input[0])]
+    }
+
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        vec![("threshold", 0.0, sizes.input[1])]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

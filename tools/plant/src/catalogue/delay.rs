@@ -1,6 +1,7 @@
 //! A sensor that reports late.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `delay`.
 pub struct Delay;
@@ -29,6 +30,14 @@ impl Law for Delay {
 
     fn is_late(&self) -> bool {
         true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("delay", 1e-3)]
+    }
+
+    fn ranges(&self, _: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        vec![("delay", -0.1, 0.1)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! The blur of a long exposure.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `exposure_blur`.
 pub struct ExposureBlur;
@@ -25,6 +26,10 @@ impl Law for ExposureBlur {
 
     fn is_late(&self) -> bool {
         true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("exposure", 2e-3)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! A drive that is not linear.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SignalLaw};
+use super::trial::{Sizes, Trial};
 
 /// `gain_nonlinearity`.
 pub struct GainNonlinearity;
@@ -24,6 +25,11 @@ impl Law for GainNonlinearity {
             ParameterSpec::signed("cubic", "1/{u}²", "b: the same both ways"),
         ];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let u = sizes.input[0];
+        vec![Trial::of("quadratic", 0.01 / u), Trial::of("cubic", 0.01 / (u * u))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

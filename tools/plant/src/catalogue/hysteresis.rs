@@ -1,6 +1,7 @@
 //! Hysteresis after Dahl and Bouc-Wen.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `hysteresis`.
 pub struct Hysteresis;
@@ -29,6 +30,21 @@ impl Law for Hysteresis {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let both = |share: f64| {
+            let beta = share / sizes.displacement;
+            let trial = Trial::of("stiffness", sizes.stiffness());
+            // The second yields as Dahl's, and comes back along a straight line.
+            [trial.clone().at("beta", beta), trial.at("beta", 0.5 * beta).at("gamma", 0.5 * beta)]
+        };
+        [0.3, 1.0, 3.0].into_iter().flat_map(both).collect()
+    }
+
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        // One that never yields is a spring.
+        vec![("beta", 0.02 / sizes.reach, 200.0 / sizes.displacement)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

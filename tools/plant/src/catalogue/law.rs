@@ -5,6 +5,8 @@ use std::collections::BTreeMap;
 use crate::model::{InvalidParameter, Model};
 use crate::modes::Mode;
 
+use super::trial::{Sizes, Trial};
+
 /// Where a law may sit. Which names that means depends on the kind of model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -165,6 +167,39 @@ pub trait Law: Sync {
     /// to the next comes late by half of the time between them.
     fn is_late(&self) -> bool {
         false
+    }
+
+    /// Whether it changes the structure as a whole, wherever on it it is said to sit.
+    fn is_of_the_whole(&self) -> bool {
+        false
+    }
+
+    /// Ids of laws that are it at an end of their range, as dry friction that differs by direction is even dry
+    /// friction where it does not differ.
+    fn richer(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// The amplitude that may be fitted below nothing, where the law is none any more: beside other laws a
+    /// cable that pushes takes back what a parameter has moved too far.
+    fn pulls_by(&self) -> Option<&'static str> {
+        None
+    }
+
+    /// Whether its strength is read off the readings themselves, and not fitted.
+    fn is_read_off(&self) -> bool {
+        false
+    }
+
+    /// What it is tried with where it may be missing, on a machine whose place, input and readings have these
+    /// sizes; empty where it could not show.
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial>;
+
+    /// Name, least and greatest value of shapes that mean something only within the machine's motion: outside
+    /// these it is another law.
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        let _ = sizes;
+        Vec::new()
     }
 
     /// The same, put to work.

@@ -65,14 +65,17 @@ mod servo_lag;
 mod small_angles;
 mod stribeck_friction;
 mod tip_mass;
+mod trial;
 mod viscous_friction;
 
 pub(crate) use dead_time::Late;
+pub use end_stop::BEYOND_REACH;
 pub use law::{
     Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, SensorAction, SignalLaw, Step, Structure,
 };
 pub use registry::{Candidate, candidates, find, parameters_of, place_of};
 pub(crate) use registry::{action, bounds, check, structure};
+pub use trial::{Sizes, Trial};
 
 pub(crate) use saturation::Clip;
 

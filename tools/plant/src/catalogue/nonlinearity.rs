@@ -1,6 +1,7 @@
 //! A sensor that is not linear.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `nonlinearity`.
 pub struct SensorNonlinearity;
@@ -24,6 +25,11 @@ impl Law for SensorNonlinearity {
             ParameterSpec::signed("cubic", "1/{y}²", "b: the same both ways"),
         ];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let y = sizes.output[0];
+        vec![Trial::of("quadratic", 0.01 / y), Trial::of("cubic", 0.01 / (y * y))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! A stiffness that moves with time.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `parameter_drift`.
 pub struct ParameterDrift;
@@ -25,6 +26,10 @@ impl Law for ParameterDrift {
             ..ParameterSpec::signed("rate", "1/s", "relative change of the frequency per second")
         }];
         PARAMETERS
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("rate", 1e-5)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -2,6 +2,7 @@
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::sine_over_angle;
+use super::trial::{Sizes, Trial};
 use crate::model::Model;
 
 /// `pendulum`.
@@ -27,6 +28,12 @@ impl Law for Pendulum {
             "m g l: the part of the linear spring that is gravity; negative on an arm that stands upright",
         )];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let z = sizes.displacement;
+        // What of the spring's force the sine takes away at the largest angle.
+        vec![Trial::of("stiffness", sizes.force / (z - z.sin()).abs().max(f64::MIN_POSITIVE))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

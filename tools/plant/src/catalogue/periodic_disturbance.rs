@@ -2,8 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
 use super::small_angles::sine_over_angle;
+use super::trial::{Sizes, Trial};
 
 /// `periodic_disturbance`.
 pub struct PeriodicDisturbance;
@@ -32,6 +35,14 @@ impl Law for PeriodicDisturbance {
             },
         ];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let wave = |hz: &f64| {
+            [0.0, FRAC_PI_2]
+                .map(|phase| Trial::of("force", sizes.force).at("frequency", *hz).at("phase", phase))
+        };
+        sizes.peaks_hz.iter().flat_map(wave).collect()
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! Drag that grows with the square of the velocity.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `quadratic_drag`.
 pub struct QuadraticDrag;
@@ -26,6 +27,10 @@ impl Law for QuadraticDrag {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("drag", sizes.force / sizes.velocity.powi(2))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

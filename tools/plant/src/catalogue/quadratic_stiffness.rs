@@ -1,6 +1,7 @@
 //! A spring that hardens to one side and softens to the other.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `quadratic_stiffness`.
 pub struct QuadraticStiffness;
@@ -25,6 +26,10 @@ impl Law for QuadraticStiffness {
             "force per displacement squared; positive is harder towards positive displacements",
         )];
         PARAMETERS
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("stiffness", sizes.force / sizes.displacement.powi(2))]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

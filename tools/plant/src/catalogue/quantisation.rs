@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `quantisation`.
 pub struct Quantisation;
@@ -30,6 +31,18 @@ impl Law for Quantisation {
             ),
         ];
         PARAMETERS
+    }
+
+    fn is_read_off(&self) -> bool {
+        true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        // What the noise before the rounding leaves of the step.
+        let of = |step: f64| {
+            [0.05, 0.15, 0.25, 0.4].map(|share| Trial::default().at("step", step).at("dither", share * step))
+        };
+        sizes.reading_step.into_iter().flat_map(of).collect()
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

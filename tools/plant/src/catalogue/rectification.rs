@@ -1,6 +1,7 @@
 //! The absolute value in place of the value.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SensorAction};
+use super::trial::{Sizes, Trial};
 
 /// `rectification`.
 pub struct Rectification;
@@ -25,6 +26,10 @@ impl Law for Rectification {
             ..ParameterSpec::size("share", "", "0: signed, 1: absolute value")
         }];
         PARAMETERS
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("share", 0.02)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

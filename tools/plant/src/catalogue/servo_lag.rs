@@ -1,6 +1,7 @@
 //! A first-order lag.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, SignalLaw};
+use super::trial::{Sizes, Trial};
 
 /// `servo_lag`.
 pub struct ServoLag;
@@ -25,6 +26,10 @@ impl Law for ServoLag {
 
     fn is_late(&self) -> bool {
         true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("time_constant", 1e-3)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -2,6 +2,7 @@
 
 use super::dry::{dry_force, sliding_force};
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 
 /// `stribeck_friction`.
 pub struct StribeckFriction;
@@ -34,6 +35,19 @@ impl Law for StribeckFriction {
 
     fn is_dissipative(&self) -> bool {
         true
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        let at = |share: f64| {
+            let force = Trial::of("force", sizes.force).at("velocity", share * sizes.velocity);
+            let static_force = ("static_force", 1.5 * sizes.force);
+            Trial { amplitudes: [force.amplitudes, vec![static_force]].concat(), shapes: force.shapes }
+        };
+        [0.1, 0.3].map(at).to_vec()
+    }
+
+    fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
+        vec![("velocity", 1e-3 * sizes.velocity, 3.0 * sizes.velocity)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,7 @@
 //! A mass at the tip.
 
 use super::law::{Action, Given, Law, ParameterSpec, Place, Structure};
+use super::trial::{Sizes, Trial};
 use crate::model::Model;
 
 /// `tip_mass`.
@@ -22,6 +23,14 @@ impl Law for TipMass {
     fn parameters(&self) -> &'static [ParameterSpec] {
         const PARAMETERS: &[ParameterSpec] = &[ParameterSpec::size("mass", "kg", "the mass")];
         PARAMETERS
+    }
+
+    fn is_of_the_whole(&self) -> bool {
+        true
+    }
+
+    fn trials(&self, _: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("mass", 1e-3)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

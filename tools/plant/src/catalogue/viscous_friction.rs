@@ -1,6 +1,7 @@
 //! Viscous friction.
 
 use super::law::{Action, ForceLaw, Given, Instant, Law, ParameterSpec, Place, Step};
+use super::trial::{Sizes, Trial};
 use crate::model::{GROUND, Model};
 
 /// `viscous_friction`.
@@ -39,6 +40,10 @@ impl Law for ViscousFriction {
             Model::BeamOnBase(_) => None,
             Model::Modal(_) => Some(format!("mode.{}.damping_ratio", location.strip_prefix("mode ")?)),
         }
+    }
+
+    fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial> {
+        vec![Trial::of("damping", sizes.force / sizes.velocity)]
     }
 
     fn action(&self, given: &Given<'_>) -> Action {

@@ -1,6 +1,6 @@
 //! Bad input of every kind: exit status 2, a message that says where and what, and never a panic.
 
-mod support;
+use crate::support;
 
 use std::fmt::Write;
 

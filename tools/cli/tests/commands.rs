@@ -1,6 +1,6 @@
 //! What the commands do when all is well.
 
-mod support;
+use crate::support;
 
 use serde_json::Value;
 use support::{accepted, paper_beam, stillbeam};

@@ -1,6 +1,6 @@
 //! `stillbeam convert`, and other formats where recordings are read.
 
-mod support;
+use crate::support;
 
 use support::{accepted, refused, stillbeam};
 

@@ -1,6 +1,6 @@
 //! Damaged recordings of every format through `identify`: read, or refused in a sentence that names the file.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 use std::path::Path;

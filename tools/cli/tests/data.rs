@@ -1,6 +1,6 @@
 //! `stillbeam data` against a server of the test's own.
 
-mod support;
+use crate::support;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Write};

@@ -1,6 +1,6 @@
 //! Several free decays: the mean weighted by inverse variances is what one fit of all of them gives.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

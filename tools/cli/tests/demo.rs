@@ -1,6 +1,6 @@
 //! The main job on the core: everything is written, and the results are what they must be.
 
-mod support;
+use crate::support;
 
 use std::time::{Duration, Instant};
 

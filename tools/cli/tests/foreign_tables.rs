@@ -1,6 +1,6 @@
 //! Tables that other programs wrote, through the command line: read at once, and said how.
 
-mod support;
+use crate::support;
 
 use support::{accepted, refused, stillbeam};
 

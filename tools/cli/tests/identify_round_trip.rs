@@ -1,6 +1,6 @@
 //! What `identify` hands on: a model that simulates what was recorded, and several recordings in one.
 
-mod support;
+use crate::support;
 
 use support::{accepted, paper_beam, stillbeam};
 

@@ -1,6 +1,6 @@
 //! Models given as matrices or transfer functions, at the command line.
 
-mod support;
+use crate::support;
 
 use std::fmt::Write as _;
 

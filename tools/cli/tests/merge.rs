@@ -1,6 +1,6 @@
 //! `stillbeam merge`: a camera's and a board's recording on one clock, in one file that `identify` reads.
 
-mod support;
+use crate::support;
 
 use std::fmt::Write as _;
 

@@ -1,6 +1,6 @@
 //! Motions that `simulate` refuses: told in the words of its command line.
 
-mod support;
+use crate::support;
 
 use support::{paper_beam, stillbeam};
 

@@ -1,6 +1,6 @@
 //! The run that `diagnose` proposes next is a line that the board takes.
 
-mod support;
+use crate::support;
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};

@@ -1,6 +1,6 @@
 //! The first thing that people try: a model on what it simulated itself.
 
-mod support;
+use crate::support;
 
 use support::{accepted, paper_beam};
 

@@ -1,6 +1,6 @@
 //! Tables and samples over lines that damage what they carry.
 
-mod support;
+use crate::support;
 
 use std::time::Duration;
 

@@ -1,6 +1,6 @@
 //! What people who have one recording try: the model that was identified on it, or nearly the right one.
 
-mod support;
+use crate::support;
 
 use support::{accepted, paper_beam};
 

@@ -1,6 +1,6 @@
 //! What commands write, and what they must not write over.
 
-mod support;
+use crate::support;
 
 use support::{accepted, paper_beam, refused};
 

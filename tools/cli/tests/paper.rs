@@ -1,7 +1,7 @@
 //! The paper, made again: everything is written, the published page is up to date, and the results are what
 //! the page says.
 
-mod support;
+use crate::support;
 
 use std::time::{Duration, Instant};
 

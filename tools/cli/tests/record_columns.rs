@@ -1,6 +1,6 @@
 //! The columns of a recording: the encoder, the general inputs and the state, tick by tick.
 
-mod support;
+use crate::support;
 
 use stillbeam::board::Session;
 use stillbeam::board::in_process::InProcessBoard;

@@ -1,6 +1,6 @@
 //! Records without an input on the command line: refused with what they need, or read as what they are.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! Recordings of several columns of which nobody says which responds: the strongest is read, and said to be.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 use std::fmt::Write;

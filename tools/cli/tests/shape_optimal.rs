@@ -1,7 +1,7 @@
 //! `shape --optimal`: from the boxes that `identify` wrote to a table that the firmware's core and a board
 //! take.
 
-mod support;
+use crate::support;
 
 use serde_json::Value;
 use support::{accepted, paper_beam, refused, stillbeam};

@@ -1,7 +1,7 @@
 //! What controllers and analysers leave on the disk: an accelerometer's log of a sweep without its input,
 //! responses, power spectra.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! What `tune` recommends, from recordings of simulated machines to a table that a board runs.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 use std::path::Path;

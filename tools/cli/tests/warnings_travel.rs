@@ -1,6 +1,6 @@
 //! What the identification warns of reaches whoever shapes for its modes.
 
-mod support;
+use crate::support;
 
 use support::{accepted, refused, stillbeam};
 

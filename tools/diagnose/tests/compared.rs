@@ -1,6 +1,6 @@
 //! Given, refitted, noise: the three numbers that come before any physics.
 
-mod truth;
+use crate::truth;
 
 use stillbeam_diagnose::{DiagnoseError, Diagnosis, Options, ParameterChange, Verdict, diagnose};
 use stillbeam_plant::Physics;

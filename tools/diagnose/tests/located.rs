@@ -1,7 +1,7 @@
 //! Where the mismatch is, how large the force that would explain it, and which parameters were wrong, once
 //! the law is known.
 
-mod truth;
+use crate::truth;
 
 use std::sync::OnceLock;
 

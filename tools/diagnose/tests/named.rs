@@ -1,6 +1,6 @@
 //! Physics that was left out is named, at its place, with its size; what is not in the catalogue is not.
 
-mod truth;
+use crate::truth;
 
 use stillbeam_diagnose::{Diagnosis, Options, Verdict, diagnose};
 use stillbeam_plant::{BASE_POSITION, Input, Model, Physics, SETPOINT, simulate};

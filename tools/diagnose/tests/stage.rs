@@ -1,7 +1,7 @@
 //! One body on a spring, pushed by a force: waves of any phase, what a parameter stands for, and friction
 //! that may differ by direction.
 
-mod truth;
+use crate::truth;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Input from which no modes can be had gets an error that names what and where; and the JSON shape.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedModes, IdentifyError, RecordKind, WarningKind,

@@ -1,6 +1,6 @@
 //! Sensors with coarse steps: what the steps leave of a motion is no mode.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! One clock of two recordings: what is found is as far from the truth as its standard errors say, and what
 //! has nothing in common is refused.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

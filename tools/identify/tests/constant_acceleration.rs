@@ -1,7 +1,7 @@
 //! Sweeps that keep the amplitude of the acceleration of the base: its position falls with the square of the
 //! frequency, and what it excites does not.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Standard errors mean what they say: over many noise realisations the errors, divided by the claimed
 //! standard errors, scatter like a standard normal variable.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{Estimate, ForcedOptions, FreeDecayOptions, identify_forced, identify_free_decay};
 use stillbeam_recording::Recording;

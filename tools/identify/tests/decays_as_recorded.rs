@@ -1,6 +1,6 @@
 //! Free decays as slow, coarse, drifting and lost recorders write them: the modes are the same.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Decays beside what does not ring: sensors that creep, the mains' hum, the ends of a sensor's range.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,6 +1,6 @@
 //! Sensors that drift or creep while a structure rings: what drifts is no mode and hides none.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! A base that a force pushes along a guide with viscous friction: beside the modes a real pole, and modes
 //! out of phase.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{Estimate, ForcedOptions, IdentifiedModes, identify_forced};
 use synthetic::free_base::{ForceSweep, FreeBase};

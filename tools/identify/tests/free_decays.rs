@@ -1,6 +1,6 @@
 //! Free decays of known modes.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

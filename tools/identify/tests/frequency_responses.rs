@@ -1,6 +1,6 @@
 //! Averaged and local frequency responses against the response of the modes that made the record.
 
-mod synthetic;
+use crate::synthetic;
 
 use rustfft::num_complex::Complex64;
 use stillbeam_identify::frf::{

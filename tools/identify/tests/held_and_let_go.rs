@@ -1,6 +1,6 @@
 //! Structures that are held aside and let go.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

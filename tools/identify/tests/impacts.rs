@@ -1,7 +1,7 @@
 //! Impact tests: blows of a hammer whose load cell is noisy between them, and taps that are over within
 //! milliseconds.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,6 +1,6 @@
 //! Records that a move leaves behind, where the move itself was not recorded.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Modes from outputs alone.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{IdentifiedModes, OutputOnlyOptions, identify_output_only};
 use stillbeam_recording::Recording;

@@ -1,7 +1,7 @@
 //! A base that goes there and back and then rests while the structure rings: the quickest excitation there
 //! is.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{ForcedOptions, IdentifiedModes, WarningKind, identify_forced};
 use stillbeam_recording::Recording;

@@ -1,6 +1,6 @@
 //! Which kind a record without an input is.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{RecordKind, recognise};
 use synthetic::kinds::{KINDS, record};

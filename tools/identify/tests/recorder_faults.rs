@@ -1,7 +1,7 @@
 //! What a recorder does wrong without saying so: frames lost under even stamps, and modes beyond half its
 //! rate.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedModes, LinearityVerdict, WarningKind, identify_forced,

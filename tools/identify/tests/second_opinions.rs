@@ -1,7 +1,7 @@
 //! What the classical methods say beside the fit: they start it, they are listed with errors that can be
 //! relied on, and they disagree only where the record holds more than the fitted modes and noise.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedModes, LinearityVerdict, Rejected, WarningKind,

@@ -1,6 +1,6 @@
 //! Modes from functions of frequency: responses with noise, several of one structure, and power spectra.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

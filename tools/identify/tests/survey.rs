@@ -1,6 +1,6 @@
 //! The classical methods against the truth: where they hold, and where they are known to be biased.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Sweeps of known modes, simulated by fine Runge-Kutta steps, come back as the modes they were made from.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     FastPassage, ForcedOptions, IdentifiedModes, InputInterpolation, InputKind, StopReason, Warning,

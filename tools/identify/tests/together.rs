@@ -1,6 +1,6 @@
 //! Several records at once, the noise model, and the details of the model that are only kept when called for.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     ForcedOptions, IdentifiedModes, NoiseModel, identify_forced, identify_forced_together,

@@ -1,7 +1,7 @@
 //! Free decays as people have them: close modes, wild samples, dead and overdriven sensors, several knocks;
 //! and what is claimed of amplitude.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Sweeps whose input nobody recorded: random sweeps, modes, offsets, clocks and noise, and the pulses of a
 //! motion controller.
 
-mod synthetic;
+use crate::synthetic;
 
 use std::f64::consts::TAU;
 

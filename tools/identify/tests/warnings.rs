@@ -1,7 +1,7 @@
 //! Warnings that save people: every fault of a record is told, a sound record of the same machine is told
 //! nothing, and what is not fitted is listed with its reason.
 
-mod synthetic;
+use crate::synthetic;
 
 use stillbeam_identify::{
     ForcedOptions, FreeDecayOptions, IdentifiedModes, Quantity, Rejected, WarningKind, identify_forced,

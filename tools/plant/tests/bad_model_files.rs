@@ -1,6 +1,6 @@
 //! What is said about model files that are not accepted.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::{Model, ModelFileError, Problem};
 

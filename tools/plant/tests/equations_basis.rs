@@ -1,7 +1,7 @@
 //! The paper's eqs. 10 and 11: the basis functions and the frequency equation of a uniform beam on a free
 //! base.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::Profile;
 use stillbeam_plant::modes::coupled_modes;

@@ -1,7 +1,7 @@
 //! The paper's eqs. 1 to 8: energies, equations of motion and boundary conditions. docs/errata.md lists the
 //! verdicts.
 
-mod support;
+use crate::support;
 
 use nalgebra::DVector;
 use stillbeam_plant::Profile;

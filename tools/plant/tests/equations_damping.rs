@@ -1,6 +1,6 @@
 //! The paper's eqs. 21 to 23, Rayleigh damping, and what its Table 1 makes of it.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

@@ -1,7 +1,7 @@
 //! Two things the paper leaves out, a mass at the tip and a clamp that turns: against closed forms and finite
 //! elements.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
 use stillbeam_plant::{BeamOnBase, Profile};

@@ -1,7 +1,7 @@
 //! The paper's eqs. 9 and 12 to 20: from the beam equation to matrices, and how fast their frequencies
 //! converge.
 
-mod support;
+use crate::support;
 
 use nalgebra::DMatrix;
 use stillbeam_plant::beam::{BasisFunction, Galerkin, galerkin};

@@ -1,6 +1,6 @@
 //! The paper's eqs. 24 to 27: eigenproblem, steady-state response and receptance.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

@@ -1,6 +1,6 @@
 //! Tip mass, soft clamp and sections from tables, against the characteristic equations of uniform beams.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::modes::{clamped_modes, coupled_modes};
 use stillbeam_plant::{Input, Model, Physics, Profile, SectionTables, StateSpace};

@@ -1,6 +1,6 @@
 //! Natural frequencies against closed forms and against finite elements.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

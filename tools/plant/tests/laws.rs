@@ -1,7 +1,7 @@
 //! Every law of the catalogue: no effect at zero, no energy out of nothing, and its fingerprint in closed
 //! form.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::{PI, TAU};
 

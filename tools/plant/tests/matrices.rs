@@ -1,6 +1,6 @@
 //! Models given as matrices or transfer functions do what the matrices do.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::{Model, SimulateOptions, simulate_with};
 use stillbeam_recording::Recording;

@@ -1,6 +1,6 @@
 //! Residual vibration, settling time and overshoot, against numbers known beforehand.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::PI;
 

@@ -1,6 +1,6 @@
 //! What model files are accepted, and what is said about those that are not.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::{
     BeamDamping, BeamSignal, Input, ModalModel, Model, ModelFileError, Profile, Quantity, ServoDrive,

@@ -1,6 +1,6 @@
 //! Whole records: rates, stamps, and what is refused.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::{
     Model, PlantError, PrescribedBase, ServoDrive, SimulateOptions, simulate, simulate_with,

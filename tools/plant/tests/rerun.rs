@@ -1,7 +1,7 @@
 //! The lean form that fits run thousands of times, against the plain simulation: every law of the catalogue
 //! at every place of every kind of model, alone and two at once, over uniform and irregular stamps.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::TAU;
 

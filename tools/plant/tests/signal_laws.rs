@@ -1,6 +1,6 @@
 //! Laws of the drive and of the sensor, sensors, and a controller in closed loop, against closed forms.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::{PI, TAU};
 use std::num::NonZeroU8;

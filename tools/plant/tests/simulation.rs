@@ -1,6 +1,6 @@
 //! Simulation against independent integration, closed forms and conservation laws.
 
-mod support;
+use crate::support;
 
 use std::f64::consts::PI;
 

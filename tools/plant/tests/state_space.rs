@@ -1,6 +1,6 @@
 //! The state space that diagnosis stands on: injection points, exact steps, parameters by path.
 
-mod support;
+use crate::support;
 
 use stillbeam_plant::state_space::ForceSeries;
 use stillbeam_plant::{Hold, Input, Model, StateSpace, simulate};

@@ -22,7 +22,6 @@ pub fn stillbeam(arguments: &[&str]) -> Run {
 }
 
 /// Runs it, expects success and returns standard output.
-#[allow(dead_code)]
 pub fn accepted(arguments: &[&str]) -> String {
     let run = stillbeam(arguments);
     assert_eq!(run.code, 0, "{arguments:?}: {}", run.messages);
@@ -30,7 +29,6 @@ pub fn accepted(arguments: &[&str]) -> String {
 }
 
 /// Runs it, expects exit status 2, no panic, nothing on standard output, and every part in the message.
-#[allow(dead_code)]
 pub fn refused(arguments: &[&str], parts: &[&str]) {
     let run = stillbeam(arguments);
     assert_eq!(run.code, 2, "{arguments:?}: {}", run.messages);
@@ -46,7 +44,6 @@ pub fn refused(arguments: &[&str], parts: &[&str]) {
 }
 
 /// The model that the project comes with.
-#[allow(dead_code)]
 pub fn paper_beam() -> String {
     let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/paper_beam.toml");
     path.display().to_string()

@@ -1,6 +1,7 @@
 //! Truth for the tests: a beam on a base, simulated with laws of the catalogue at twenty times the
 //! recordings' rate, seen by sensors with noise of a given colour.
-#![allow(dead_code, reason = "every test file uses its own part")]
+
+#![allow(dead_code, reason = "examples use their own part")]
 
 use std::f64::consts::TAU;
 

@@ -31,8 +31,6 @@ pub enum Change {
     Drag,
     /// The stiffness rises at a moment.
     Jumps,
-    /// The stiffness rises all the time.
-    Drifts,
 }
 
 pub const CHANGES: [Change; 3] = [Change::Softens, Change::Hardens, Change::Drag];
@@ -91,7 +89,7 @@ impl Machine {
                 Change::Softens => (1.0 - change.min(0.5 * 0.75)).sqrt(),
                 Change::Hardens => (1.0 + change).sqrt(),
                 Change::Drag => 1.0,
-                Change::Jumps | Change::Drifts => (1.0 + 0.02 * self.change_pct).sqrt(),
+                Change::Jumps => (1.0 + 0.02 * self.change_pct).sqrt(),
             };
         let first_hz = [first_hz.min(at_largest), first_hz.max(at_largest)];
         Case { recording, frequencies_hz, first_hz, damping_ratios }
@@ -108,7 +106,6 @@ impl Machine {
         let jump_s = DURATION_S * (1.0 + (self.seed % 4) as f64 / 3.0) / 3.0;
         response(force, frequency_hz, damping_ratio, |q, v, t| match self.change {
             Change::Jumps => [q * (1.0 + if t < jump_s { 0.0 } else { 2.0 * share }), 0.0],
-            Change::Drifts => [q * (1.0 + 2.0 * share * t / DURATION_S), 0.0],
             Change::Softens => [q * (1.0 - (stiffness * q * q).min(0.5)), 0.0],
             Change::Hardens => [q * (1.0 + stiffness * q * q), 0.0],
             Change::Drag => [q, drag * v.abs() * v],

@@ -1,6 +1,7 @@
 //! Simulated recordings, independent of the code under test: the modal equation is integrated with the
 //! analytic acceleration of the sweep by Runge-Kutta steps of a fifth of a millisecond or less.
-#![allow(dead_code, reason = "every test file uses its own part")]
+
+#![allow(dead_code, reason = "examples use their own part")]
 
 pub mod ambient;
 pub mod amplitude;

@@ -1,5 +1,4 @@
 //! Models that several tests start from. Not every test uses all of them.
-#![allow(dead_code)]
 
 pub mod finite_elements;
 pub mod model_texts;

@@ -1,0 +1,31 @@
+//! What the command line promises, one file per subject. One program, which is linked once.
+
+mod bad_input;
+mod board_session;
+mod commands;
+mod convert;
+mod damaged_recordings;
+mod data;
+mod decays_together;
+mod demo;
+mod foreign_tables;
+mod identify_round_trip;
+mod matrices;
+mod merge;
+mod motion_refusals;
+mod next_run;
+mod noise_free;
+mod noisy_line;
+mod one_recording;
+mod outputs;
+mod paper;
+mod record_columns;
+mod record_kinds;
+mod serial_port;
+mod several_columns;
+mod shape_on_board;
+mod shape_optimal;
+mod support;
+mod sweeps_and_spectra;
+mod tune;
+mod warnings_travel;

@@ -1,0 +1,32 @@
+//! What identification promises, one file per subject. One program, which is linked once.
+
+mod amplitude_dependence;
+mod bad_input;
+mod coarse_sensors;
+mod common_clock;
+mod constant_acceleration;
+mod coverage;
+mod decays_as_recorded;
+mod decays_beside;
+mod drifting_sensors;
+mod free_base;
+mod free_decays;
+mod frequency_responses;
+mod held_and_let_go;
+mod impacts;
+mod moves;
+mod output_only;
+mod pulses;
+mod real_lines_and_levels;
+mod real_ring_down;
+mod record_kinds;
+mod recorder_faults;
+mod second_opinions;
+mod spectra;
+mod survey;
+mod sweeps;
+mod synthetic;
+mod together;
+mod unforced;
+mod unrecorded_sweeps;
+mod warnings;

@@ -174,8 +174,8 @@ pub trait Law: Sync {
         false
     }
 
-    /// Ids of laws that are it at an end of their range, as dry friction that differs by direction is even dry
-    /// friction where it does not differ.
+    /// Ids of laws that are it at an end of their range, as dry friction that differs by direction is even
+    /// dry friction where it does not differ.
     fn richer(&self) -> &'static [&'static str] {
         &[]
     }
@@ -191,8 +191,8 @@ pub trait Law: Sync {
         false
     }
 
-    /// What it is tried with where it may be missing, on a machine whose place, input and readings have these
-    /// sizes; empty where it could not show.
+    /// What it is tried with where it may be missing, on a machine whose place, input and readings have
+    /// these sizes; empty where it could not show.
     fn trials(&self, sizes: &Sizes<'_>) -> Vec<Trial>;
 
     /// Name, least and greatest value of shapes that mean something only within the machine's motion: outside

@@ -70,8 +70,8 @@ impl Law for SensorSaturation {
     }
 
     fn ranges(&self, sizes: &Sizes<'_>) -> Vec<(&'static str, f64, f64)> {
-        // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put aside: the
-        // limit lies about there and not below.
+        // The largest reading of a sensor that saturates is its limit, noise and an unknown zero put aside:
+        // the limit lies about there and not below.
         limit_range(ABOVE_READINGS * sizes.output[1])
     }
 

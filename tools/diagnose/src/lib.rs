@@ -52,6 +52,7 @@ mod outliers;
 mod overlays;
 mod parameters;
 mod patience;
+mod phase;
 mod quality;
 mod reading_step;
 mod record;

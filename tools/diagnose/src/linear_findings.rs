@@ -13,9 +13,9 @@ use crate::between_samples::BetweenSamples;
 use crate::comparison::{Compared, compare_from, settle};
 use crate::error::DiagnoseError;
 use crate::fit::Fitted;
-use crate::naming::pieces::OUT_OF_PHASE;
 use crate::options::Options;
 use crate::parameters::FreeParameter;
+use crate::phase::OUT_OF_PHASE;
 use crate::simulation::Hypothesis;
 use crate::study::Study;
 

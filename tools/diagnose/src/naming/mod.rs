@@ -19,7 +19,7 @@ mod nested;
 #[cfg(test)]
 pub(crate) mod on_a_spring;
 mod other_valleys;
-pub(crate) mod pieces;
+mod pieces;
 pub(crate) mod rivals;
 pub(crate) mod rounds;
 pub(crate) mod same_force;

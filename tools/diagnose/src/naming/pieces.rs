@@ -9,7 +9,6 @@
 //! the whole recordings over a lengthening horizon. Where something drives a machine, it is held to the
 //! recorded motion instead ([`super::guided`]).
 
-use stillbeam_identify::tall::dot;
 use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
@@ -20,16 +19,15 @@ use super::sets::Member;
 use crate::comparison::compare;
 use crate::effort::Effort;
 use crate::fit::Fitted;
-use crate::noise::{NoiseFloor, OutputResidual};
+use crate::noise::NoiseFloor;
+use crate::phase::OUT_OF_PHASE;
 use crate::record::Record;
 use crate::simulation::Hypothesis;
 use crate::stacking::RecordFit;
 use crate::study::{OnAll, Study, reach};
 
-/// A refit is out of phase where it leaves more than this share, root mean square, of a recording.
-pub(crate) const OUT_OF_PHASE: f64 = 0.4;
-/// It is in phase where it leaves less than this share of every piece: what is missing looks like what it is
-/// while the two are within a radian of each other.
+/// A refit is in phase where it leaves less than this share of every piece: what is missing looks like what
+/// it is while the two are within a radian of each other.
 const IN_PHASE: f64 = 0.6;
 /// Lengths of the pieces in periods of the slowest motion, the longest first, ...
 const LENGTHS: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
@@ -173,37 +171,5 @@ impl Study {
         let outputs = self.train.iter().flat_map(|record| &record.outputs);
         let shares = outputs.map(|output| IN_PHASE * self.weights[output.index] * reach(&output.samples));
         shares.fold(f64::INFINITY, f64::min).powi(2)
-    }
-
-    /// The largest share, root mean square, that a model leaves of any output of any training recording.
-    pub(crate) fn most_left(&self, on_all: &OnAll) -> f64 {
-        self.shares_left(on_all)
-            .into_iter()
-            .flatten()
-            .map(|[left, whole]| (left / whole).sqrt())
-            .fold(0.0, f64::max)
-    }
-
-    /// The same of any output of all training recordings together.
-    fn left_of_all(&self, on_all: &OnAll) -> f64 {
-        let of_output = |parts: Vec<[f64; 2]>| {
-            let [left, whole] = [0, 1].map(|which| parts.iter().map(|part| part[which]).sum::<f64>());
-            (left / whole).sqrt()
-        };
-        self.shares_left(on_all).into_iter().map(of_output).fold(0.0, f64::max)
-    }
-
-    /// What a model leaves of every output of every training recording, and what there was: mean squares.
-    fn shares_left(&self, on_all: &OnAll) -> Vec<Vec<[f64; 2]>> {
-        let of_output = |output: usize| {
-            let parts = self.parts(on_all, output).into_iter().filter(|part| part.record.role == Role::Train);
-            let share = |part: OutputResidual<'_>| {
-                let left = dot(&part.residual, &part.residual) / part.residual.len().max(1) as f64;
-                let whole = reach(&part.record.outputs[part.output].samples).powi(2);
-                [left, whole.max(f64::MIN_POSITIVE)]
-            };
-            parts.map(share).collect()
-        };
-        (0..self.weights.len()).map(of_output).collect()
     }
 }

@@ -10,6 +10,7 @@
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
 //! | a motion that is refused, in the words of the command | [`motion_refusal`] |
 //! | a move of the base, simulated and judged | [`base_move`] |
+//! | a model under a command or a recorded input | [`simulation`] |
 //! | which columns, and the files that modes go into | [`identification`] |
 //! | two recordings of one clock, in one table | [`merging`] |
 //! | where modes may be, and what the machine stands | [`shaping`] |
@@ -39,6 +40,7 @@ pub mod paper;
 pub mod reading;
 pub mod report;
 pub mod shaping;
+pub mod simulation;
 pub mod streams;
 pub mod tuning;
 pub mod workspace;

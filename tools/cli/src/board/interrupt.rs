@@ -1,4 +1,5 @@
-//! Ctrl-C while a board is talked to: the machine is stopped, and then the program ends as it would have.
+//! Ctrl-C, or a flag in its place, while a board is talked to: the machine is stopped, and then the program
+//! ends as it would have.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -16,13 +17,32 @@ struct Flags {
 
 static FLAGS: OnceLock<Flags> = OnceLock::new();
 
-/// While it lives, the first Ctrl-C is noted and the second ends the program.
+/// Who may ask, while a board is talked to, that its machine is stopped.
 #[derive(Debug)]
-pub(super) struct Interrupt(());
+pub(super) enum Interrupt {
+    /// A person, by Ctrl-C.
+    CtrlC(Listening),
+    /// A program, by this flag.
+    Flag(Arc<AtomicBool>),
+}
 
 impl Interrupt {
+    /// Whether it was asked since the last call.
+    pub(super) fn take(&self) -> bool {
+        match self {
+            Self::CtrlC(_) => FLAGS.get().is_some_and(|flags| flags.asked.swap(false, Ordering::SeqCst)),
+            Self::Flag(asked) => asked.swap(false, Ordering::SeqCst),
+        }
+    }
+}
+
+/// While it lives, the first Ctrl-C is noted and the second ends the program.
+#[derive(Debug)]
+pub(super) struct Listening(());
+
+impl Listening {
     /// Notes Ctrl-C from here on. Where the system does not let it be noted, it ends the program as ever.
-    pub(super) fn listen() -> Self {
+    pub(super) fn start() -> Self {
         let flags = FLAGS.get_or_init(|| {
             let flags = Flags::default();
             let _unlistened = flag::register_conditional_shutdown(SIGINT, 130, Arc::clone(&flags.asked))
@@ -33,14 +53,9 @@ impl Interrupt {
         flags.nobody_listens.store(false, Ordering::SeqCst);
         Self(())
     }
-
-    /// Whether Ctrl-C was pressed since the last call.
-    pub(super) fn take(&self) -> bool {
-        FLAGS.get().is_some_and(|flags| flags.asked.swap(false, Ordering::SeqCst))
-    }
 }
 
-impl Drop for Interrupt {
+impl Drop for Listening {
     fn drop(&mut self) {
         if let Some(flags) = FLAGS.get() {
             flags.nobody_listens.store(true, Ordering::SeqCst);

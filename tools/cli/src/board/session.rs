@@ -1,13 +1,15 @@
 //! Commands and replies, with telemetry sorted out from between them.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use stillbeam_firmware::real_time::RealTimeByte;
 use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_firmware::telemetry::Sample;
 
-use super::interrupt::Interrupt;
+use super::interrupt::{Interrupt, Listening};
 use super::receiver::{Received, Receiver};
 use super::{BoardError, ByteLink};
 
@@ -97,7 +99,8 @@ pub struct Session {
 
 impl Session {
     /// Starts a conversation: whatever was typed before is cleared, echo and telemetry are switched off, and
-    /// everything that comes before the answer is passed over.
+    /// everything that comes before the answer is passed over. Ctrl-C stops the machine and ends the
+    /// conversation with [`BoardError::Interrupted`].
     ///
     /// # Errors
     /// [`BoardError::NoConsole`] when nobody answers, [`BoardError::Io`].
@@ -110,6 +113,22 @@ impl Session {
     /// # Errors
     /// As [`Session::start`].
     pub fn start_within(link: Box<dyn ByteLink>, patience: Duration) -> Result<Self, BoardError> {
+        Self::shake_hands(link, patience, Interrupt::CtrlC(Listening::start()))
+    }
+
+    /// The same for a program with an own meaning of Ctrl-C: whoever sets `asked` stops the machine.
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn start_stopped_by(link: Box<dyn ByteLink>, asked: Arc<AtomicBool>) -> Result<Self, BoardError> {
+        Self::shake_hands(link, HANDSHAKE_PATIENCE, Interrupt::Flag(asked))
+    }
+
+    fn shake_hands(
+        link: Box<dyn ByteLink>,
+        patience: Duration,
+        interrupt: Interrupt,
+    ) -> Result<Self, BoardError> {
         let mut session = Self {
             link,
             checksums: false,
@@ -118,7 +137,7 @@ impl Session {
             damaged_frames: 0,
             samples: VecDeque::new(),
             faults: Vec::new(),
-            interrupt: Interrupt::listen(),
+            interrupt,
             told_alive: None,
         };
         let began = session.link.clock();

@@ -3,7 +3,7 @@
 use super::emulated::EmulatedBoard;
 use super::in_process::InProcessBoard;
 use super::serial::SerialBoard;
-use super::{BoardError, Session};
+use super::{BoardError, ByteLink, Session};
 
 /// Where the firmware runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -49,10 +49,18 @@ impl BoardTarget {
     /// # Errors
     /// [`BoardError`].
     pub fn connect(&self, say: &mut dyn FnMut(&str)) -> Result<Session, BoardError> {
-        match self {
-            Self::Core => Session::start(Box::new(InProcessBoard::new())),
-            Self::Qemu => Session::start(Box::new(EmulatedBoard::start(say)?)),
-            Self::Port(port) => Session::start(Box::new(SerialBoard::open(port)?)),
-        }
+        Session::start(self.open(say)?)
+    }
+
+    /// The line to the board, before any handshake. `say` is told what takes long.
+    ///
+    /// # Errors
+    /// [`BoardError`].
+    pub fn open(&self, say: &mut dyn FnMut(&str)) -> Result<Box<dyn ByteLink>, BoardError> {
+        Ok(match self {
+            Self::Core => Box::new(InProcessBoard::new()),
+            Self::Qemu => Box::new(EmulatedBoard::start(say)?),
+            Self::Port(port) => Box::new(SerialBoard::open(port)?),
+        })
     }
 }

@@ -4,10 +4,10 @@ use clap::Args;
 use stillbeam_identify::{IdentifiedMode, IdentifiedModes};
 
 use crate::error::CliError;
+use crate::identification::arguments::IdentificationArgs;
 use crate::identification::axis_shapers::{AXIS_COLUMNS, AxisArgs, AxisShapers};
 use crate::identification::from_recordings::{Identified, JointFit};
 use crate::identification::modal_file::{ModalFile, modal_file};
-use crate::identification::options::IdentificationArgs;
 use crate::outputs::keep_apart;
 use crate::report::identify_page::identify_page;
 use crate::streams::{Streams, json_on_stdout};

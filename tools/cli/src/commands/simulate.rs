@@ -5,38 +5,15 @@ use std::path::{Path, PathBuf};
 use clap::{ArgGroup, Args};
 use serde::Serialize;
 use stillbeam_firmware::shaper::ShaperTable;
-use stillbeam_identify::InputInterpolation;
-use stillbeam_identify::interpolation::PiecewiseCubic;
-use stillbeam_plant::{
-    BASE_POSITION, Feedback, Model, SETPOINT, SimulateOptions, TIP_DEFLECTION, TIP_POSITION, simulate_with,
-};
+use stillbeam_plant::Model;
 use stillbeam_recording::{ReadOptions, Recording, read_recording, write_csv};
 use stillbeam_shape::ShaperDesign;
 
-use crate::base_move::BaseMove;
-use crate::command_signal::{MotionCommand, shape_recorded, shaped_setpoints_m};
+use crate::command_signal::MotionCommand;
 use crate::error::CliError;
 use crate::outputs::keep_apart;
+use crate::simulation::{Simulated, SimulatedMove, Simulation};
 use crate::streams::{Streams, json_on_stdout};
-
-/// Between the samples of an input at a lower rate than this there are straight lines of this rate, hertz,
-/// ...
-const FINE_HZ: f64 = 4000.0;
-/// ... or this many to an interval: then they are off a sine of four samples per period by less than 1e-4 of
-/// it.
-const MOST_PARTS: f64 = 64.0;
-/// Distances from even stamps, as a share of the interval, that are rounding.
-const EVEN: f64 = 5e-3;
-
-/// Seconds of a simulated move that are written to a recording, or the whole of a command that takes longer:
-/// a decay lasts as long as it was asked for.
-const WRITTEN_S: f64 = 10.0;
-
-/// Ticks per second without --rate and without a shaper.
-const DEFAULT_RATE_HZ: f64 = 4000.0;
-
-/// How long the machine is simulated after a motion that comes back, seconds.
-const AFTER_S: f64 = 2.0;
 
 /// Simulate a model under a move or a recorded input, shaped or not.
 ///
@@ -130,9 +107,16 @@ impl SimulateArgs {
             )));
         }
         let table = self.table()?;
+        let simulation = Simulation {
+            name: &self.model.display().to_string(),
+            model: &model,
+            table: table.as_ref(),
+            open_loop: self.open_loop,
+            noise_seed: self.noise.then_some(self.seed),
+        };
         match (&self.command, &self.input) {
-            (Some(command), _) => self.run_command(&model, command, table.as_ref(), streams),
-            (None, Some(input)) => self.run_recording(&model, input, table.as_ref(), streams),
+            (Some(command), _) => self.run_command(&simulation, command, streams),
+            (None, Some(input)) => self.run_recording(&simulation, input, streams),
             (None, None) => Err(CliError::Usage(
                 "nothing to simulate; give --command 'move 50mm' or --input RECORDING".to_owned(),
             )),
@@ -151,47 +135,24 @@ impl SimulateArgs {
 
     fn run_command(
         &self,
-        model: &Model,
+        simulation: &Simulation<'_>,
         command: &str,
-        table: Option<&ShaperTable>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
         let command: MotionCommand = command.parse()?;
         if let Some(doubt) = &command.doubt {
             streams.say(&format!("--command: {doubt}"));
         }
-        let table_hz = table.map(|table| table.tick_rate().hz());
-        let rate_hz = match (self.rate, table_hz) {
-            (Some(rate_hz), Some(table_hz)) if rate_hz != table_hz => {
-                return Err(CliError::Usage(format!(
-                    "--rate {rate_hz} Hz, but the shaper is for {table_hz} Hz; leave --rate out, or design a table for it"
-                )));
-            }
-            (rate_hz, table_hz) => rate_hz.or(table_hz).unwrap_or(DEFAULT_RATE_HZ),
-        };
-        let context = self.model.display().to_string();
-        let setpoints_m = shaped_setpoints_m(&command, rate_hz, table)?;
-        if setpoints_m.first() == setpoints_m.last() {
-            return self.run_excitation(model, rate_hz, setpoints_m, streams);
+        match simulation.of_command(&command, simulation.rate_hz(self.rate)?)? {
+            Simulated::Move(made) => self.report_move(&made, streams),
+            Simulated::Excitation(result) => self.report_outputs(simulation.model, &result, None, streams),
         }
-        let simulated = |table| {
-            let setpoints_m = shaped_setpoints_m(&command, rate_hz, table)?;
-            BaseMove::simulate(model, rate_hz, &setpoints_m).map_err(CliError::plant(context.clone()))
-        };
-        let shaped = simulated(table)?;
-        let unshaped = simulated(None)?;
-        let vibration = shaped.percentage_vibration(&unshaped);
-        let numbers = MoveNumbers {
-            schema_version: 1,
-            rate_hz,
-            settling_time_s: shaped.metrics.settling_time_s,
-            overshoot_pct: shaped.metrics.overshoot_pct,
-            residual_peak_m: shaped.residual.tip_peak_m,
-            percentage_vibration_pct: vibration.tip_pct,
-            mode_vibration_pct: vibration.modes_pct,
-        };
+    }
+
+    fn report_move(&self, made: &SimulatedMove, streams: &mut Streams<'_>) -> Result<(), CliError> {
+        let numbers = MoveNumbers::of(made);
         if let Some(path) = &self.out {
-            write(Path::new(path), &move_recording(&shaped, setpoints_m.len()), streams)?;
+            write(Path::new(path), &made.recording(), streams)?;
         }
         if !json_on_stdout(self.json.as_deref()) {
             let settling =
@@ -207,35 +168,10 @@ impl SimulateArgs {
         self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
     }
 
-    /// A motion that comes back has no settling time; what it does to each output is printed instead.
-    fn run_excitation(
-        &self,
-        model: &Model,
-        rate_hz: f64,
-        mut setpoints_m: Vec<f64>,
-        streams: &mut Streams<'_>,
-    ) -> Result<(), CliError> {
-        let Some(input) = model.input().filter(|input| input.is_motion()) else {
-            return Err(CliError::Usage(format!(
-                "{}: a command is a motion, and the model's input is none; set input.column to setpoint_m or base_position_m",
-                self.model.display()
-            )));
-        };
-        let held = setpoints_m.last().copied().unwrap_or(0.0);
-        setpoints_m.resize(setpoints_m.len() + (AFTER_S * rate_hz) as usize, held);
-        let time_s = (0..setpoints_m.len()).map(|index| index as f64 / rate_hz).collect();
-        let driven = Recording::new("simulated excitation", time_s).with_column(&input.column, setpoints_m);
-        match self.between_samples(model, &driven)? {
-            Some((fine, rate_hz)) => self.report(model, &fine, Some(rate_hz), None, streams),
-            None => self.report(model, &driven, None, None, streams),
-        }
-    }
-
     fn run_recording(
         &self,
-        model: &Model,
+        simulation: &Simulation<'_>,
         path: &Path,
-        table: Option<&ShaperTable>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
         if let Some(rate_hz) = self.rate {
@@ -244,88 +180,22 @@ impl SimulateArgs {
             )));
         }
         let recording = read_recording(path, &ReadOptions::default())?.recording;
-        let driven = match (table, model.input()) {
-            // With a controller it is the reference that moves.
-            (Some(table), _) if model.setup().controller.is_some() && !self.open_loop => {
-                let reference = model.setup().controller.as_ref().map(|it| it.reference_column.as_str());
-                shape_recorded(&recording, reference.unwrap_or_default(), table)?
-            }
-            (Some(table), Some(input)) if model.input_is_motion() => {
-                shape_recorded(&recording, &input.column, table)?
-            }
-            (Some(_), _) => {
-                return Err(CliError::Usage(format!(
-                    "{}: a shaper shapes motion, and the model's input is none; set input.column to setpoint_m or base_position_m",
-                    self.model.display()
-                )));
-            }
-            (None, _) => recording.clone(),
-        };
-        // After shaping, the times are the shaper's, and so is the experiment.
-        if table.is_some() {
-            return self.report(model, &driven, None, None, streams);
-        }
-        match self.between_samples(model, &recording)? {
-            Some((fine, rate_hz)) => self.report(model, &fine, Some(rate_hz), Some(&recording), streams),
-            None => self.report(model, &recording, None, Some(&recording), streams),
-        }
+        let result = simulation.of_recording(&recording)?;
+        // Behind a shaper the times are the shaper's, and so is the experiment.
+        let beside = simulation.table.is_none().then_some(&recording);
+        self.report_outputs(simulation.model, &result, beside, streams)
     }
 
-    /// An even recording's input on a grid so fine that the straight lines of the simulation follow its
-    /// cubic, and the rate of the recording, hertz. `None` where its own samples are to be used: a model that
-    /// says what its input does between them (`hold`), uneven stamps, a loop, samples that are missing (which
-    /// the simulation refuses with their place).
-    fn between_samples(
+    /// Writes what was asked for and prints what each output did, beside what was recorded of it.
+    fn report_outputs(
         &self,
         model: &Model,
-        recording: &Recording,
-    ) -> Result<Option<(Recording, f64)>, CliError> {
-        let in_loop = model.setup().controller.as_ref().is_some_and(|controller| {
-            !self.open_loop && recording.column(&controller.reference_column).is_ok()
-        });
-        let (Some(input), false) = (model.input(), in_loop) else { return Ok(None) };
-        if input.hold.is_some() && !model.input_is_motion() {
-            return Ok(None);
-        }
-        let samples = recording.column(&input.column)?;
-        let (Some(first_s), Some(last_s)) = (recording.time_s.first(), recording.time_s.last()) else {
-            return Ok(None);
-        };
-        let rate_hz = (recording.len() as f64 - 1.0) / (last_s - first_s);
-        let parts = (FINE_HZ / rate_hz).ceil().min(MOST_PARTS);
-        let usable = recording.is_uniform(EVEN) && samples.iter().all(|sample| sample.is_finite());
-        if !usable || parts.is_nan() || parts < 2.0 {
-            return Ok(None);
-        }
-        let fine = (recording.len() - 1) * parts as usize;
-        let time_s: Vec<f64> = (0..=fine).map(|k| first_s + k as f64 / (parts * rate_hz)).collect();
-        let cubic = PiecewiseCubic::new(&recording.time_s, samples, InputInterpolation::Cubic);
-        let values = cubic.sample(time_s.iter().copied()).into_iter().map(|[value, ..]| value).collect();
-        let fine = Recording::new(recording.name.clone(), time_s).with_column(input.column.clone(), values);
-        Ok(Some((fine, rate_hz)))
-    }
-
-    /// Simulates, writes what was asked for, at the input's times or at a rate, and prints what each output
-    /// did, beside what was recorded of it.
-    fn report(
-        &self,
-        model: &Model,
-        driven: &Recording,
-        output_rate_hz: Option<f64>,
+        result: &Recording,
         recorded: Option<&Recording>,
         streams: &mut Streams<'_>,
     ) -> Result<(), CliError> {
-        let options = SimulateOptions {
-            feedback: if self.open_loop { Feedback::Open } else { Feedback::IfPossible },
-            sensor_noise: self.noise,
-            noise_seed: self.seed,
-            output_rate_hz,
-            ..SimulateOptions::default()
-        };
-        let result = simulate_with(model, driven, &options)
-            .map_err(CliError::plant(self.model.display().to_string()))?;
         if let Some(path) = &self.out {
-            write(Path::new(path), &result, streams)?;
+            write(Path::new(path), result, streams)?;
         }
         let outputs = model.output_columns().into_iter().filter_map(|column| {
             let simulated = result.column(&column).ok()?;
@@ -347,6 +217,21 @@ impl SimulateArgs {
             }
         }
         self.json.as_ref().map_or(Ok(()), |file| streams.write_json(file, &numbers))
+    }
+}
+
+impl MoveNumbers {
+    fn of(made: &SimulatedMove) -> Self {
+        let shaped = &made.shaped;
+        Self {
+            schema_version: 1,
+            rate_hz: shaped.rate_hz,
+            settling_time_s: shaped.metrics.settling_time_s,
+            overshoot_pct: shaped.metrics.overshoot_pct,
+            residual_peak_m: shaped.residual.tip_peak_m,
+            percentage_vibration_pct: made.vibration.tip_pct,
+            mode_vibration_pct: made.vibration.modes_pct.clone(),
+        }
     }
 }
 
@@ -378,19 +263,6 @@ impl OutputNumbers {
                 .filter(|nrmse| nrmse.is_finite()),
         }
     }
-}
-
-fn move_recording(shaped: &BaseMove, commanded: usize) -> Recording {
-    let base_m =
-        shaped.tip_position_m.iter().zip(&shaped.tip_deflection_m).map(|(tip, deflection)| tip - deflection);
-    let written = ((WRITTEN_S * shaped.rate_hz) as usize).max(commanded).min(shaped.setpoint_m.len());
-    let first = |values: &[f64]| values.iter().take(written).copied().collect();
-    let time_s = (0..written).map(|index| index as f64 / shaped.rate_hz).collect();
-    Recording::new("simulated move", time_s)
-        .with_column(SETPOINT, first(&shaped.setpoint_m))
-        .with_column(BASE_POSITION, base_m.take(written).collect())
-        .with_column(TIP_DEFLECTION, first(&shaped.tip_deflection_m))
-        .with_column(TIP_POSITION, first(&shaped.tip_position_m))
 }
 
 fn write(path: &Path, recording: &Recording, streams: &mut Streams<'_>) -> Result<(), CliError> {

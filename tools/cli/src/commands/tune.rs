@@ -6,8 +6,8 @@ use clap::Args;
 use stillbeam_identify::ModesFile;
 
 use crate::error::CliError;
+use crate::identification::arguments::IdentificationArgs;
 use crate::identification::from_recordings::{Identified, JointFit};
-use crate::identification::options::IdentificationArgs;
 use crate::outputs::keep_apart;
 use crate::report::identify_page::identify_page;
 use crate::report::shape_page::{Purpose, shape_page};

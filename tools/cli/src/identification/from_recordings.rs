@@ -9,7 +9,7 @@ use stillbeam_recording::{ImportedSpectra, Measurement, Recording};
 
 use super::columns::{holds_base_motion, output_column};
 use super::combined::{CombinedModes, combine, recordings_agree};
-use super::options::IdentificationArgs;
+use super::options::IdentificationChoices;
 use super::sweep::with_sweeps;
 use crate::error::CliError;
 use crate::streams::{Streams, to_json};
@@ -56,15 +56,20 @@ impl Identified {
     }
 }
 
-impl IdentificationArgs {
-    /// Reads the recordings and finds their modes, and says on the way what it takes them for.
+impl IdentificationChoices {
+    /// Finds the modes of what was measured, and says on the way what it takes it for.
     ///
     /// # Errors
-    /// [`CliError`] for a file, a column or a record without modes.
-    pub fn identify(&self, joint: JointFit, streams: &mut Streams<'_>) -> Result<Identified, CliError> {
+    /// [`CliError`] for a column or a record without modes.
+    pub fn identify(
+        &self,
+        measured: Vec<Measurement>,
+        joint: JointFit,
+        streams: &mut Streams<'_>,
+    ) -> Result<Identified, CliError> {
         let (mut recordings, mut spectra) = (Vec::new(), Vec::new());
-        for path in &self.recordings {
-            match self.reading.measurement(path, streams)? {
+        for one in measured {
+            match one {
                 Measurement::Recording(imported) => recordings.push(imported.recording),
                 Measurement::Spectra(file) => spectra.push(file),
             }

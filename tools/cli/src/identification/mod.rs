@@ -1,5 +1,6 @@
 //! Around identification: which columns, several recordings together, and the files that modes go into.
 
+pub mod arguments;
 pub mod axis_shapers;
 pub mod columns;
 pub mod combined;

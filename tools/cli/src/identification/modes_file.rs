@@ -21,7 +21,14 @@ impl ChosenModes {
     /// [`CliError::ModesFile`] for the file; [`CliError::Usage`] for a number that is not in it, and for more
     /// modes than a shaper takes.
     pub fn read(path: &Path, numbers: &[usize]) -> Result<Self, CliError> {
-        let file = ModesFile::read(path)?;
+        Self::of(ModesFile::read(path)?, &path.display().to_string(), numbers)
+    }
+
+    /// The same of a file that was read before; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`ChosenModes::read`].
+    pub fn of(file: ModesFile, name: &str, numbers: &[usize]) -> Result<Self, CliError> {
         let count = file.modes.len();
         if numbers.is_empty() && count > MAX_MODES {
             return Err(CliError::Usage(format!(
@@ -29,26 +36,25 @@ impl ChosenModes {
             )));
         }
         if numbers.is_empty() {
-            return Self { filed: file.modes }.without_doubtful(path);
+            return Self { filed: file.modes }.without_doubtful(name);
         }
         let choose = |number: &usize| {
             number.checked_sub(1).and_then(|index| file.modes.get(index)).cloned().ok_or_else(|| {
                 CliError::Usage(format!("--use {number}: the file has the modes 1 to {count}"))
             })
         };
-        Self { filed: numbers.iter().map(choose).collect::<Result<_, _>>()? }.without_doubtful(path)
+        Self { filed: numbers.iter().map(choose).collect::<Result<_, _>>()? }.without_doubtful(name)
     }
 
     /// Refuses what the identification itself calls no mode.
-    fn without_doubtful(self, path: &Path) -> Result<Self, CliError> {
+    fn without_doubtful(self, name: &str) -> Result<Self, CliError> {
         let doubted = self.filed.iter().find_map(|mode| {
             let doubt = mode.doubts.iter().find(|doubt| doubt.is_no_mode)?;
             Some((mode.frequency_hz.value, doubt))
         });
         match doubted {
             Some((frequency_hz, doubt)) => Err(CliError::Usage(format!(
-                "{}: the line at {frequency_hz:.4} Hz is no mode to shape for: {}; choose others with --use, or record again",
-                path.display(),
+                "{name}: the line at {frequency_hz:.4} Hz is no mode to shape for: {}; choose others with --use, or record again",
                 doubt.message
             ))),
             None => Ok(self),

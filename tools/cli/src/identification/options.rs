@@ -1,6 +1,4 @@
-//! What `identify` and `tune` may be told of the recordings that they find modes in.
-
-use std::path::{Path, PathBuf};
+//! What may be said of recordings whose modes are to be found.
 
 use clap::{Args, ValueEnum};
 use stillbeam_identify::{
@@ -11,58 +9,47 @@ use stillbeam_recording::Recording;
 
 use super::columns::output_column;
 use crate::error::CliError;
-use crate::reading::ReadArgs;
 
-/// The recordings, their columns, and what to look for in them.
-#[derive(Debug, Args)]
-pub struct IdentificationArgs {
-    /// Recordings of the same structure
-    #[arg(required = true, value_name = "RECORDING")]
-    pub(super) recordings: Vec<PathBuf>,
+/// The columns of recordings, and what to look for in them.
+#[derive(Debug, Clone, Default, Args)]
+pub struct IdentificationChoices {
     /// The column that drives the structure; without it, the record itself says what it is
     #[arg(long, value_name = "COLUMN")]
-    pub(super) input: Option<String>,
+    pub input: Option<String>,
     /// The column that responds; by default the tip's, else the strongest. Without an input several,
     /// with commas between, which give shapes
     #[arg(long, value_name = "COLUMN")]
-    pub(super) output: Option<String>,
+    pub output: Option<String>,
     /// The sweep that the recordings answer, where its signal was not recorded: its start is found in the
     /// response. Frequencies in Hz; the rate in Hz/s (2.5Hz/s) or oct/min, or its length in seconds (36s)
     #[arg(long, value_name = "FROM,TO,RATE_OR_SECONDS[,exponential]", conflicts_with = "input")]
-    pub(super) sweep: Option<SweepPlan>,
-    #[command(flatten)]
-    pub(super) reading: ReadArgs,
+    pub sweep: Option<SweepPlan>,
     /// What the input is, where its unit does not say
     #[arg(long, value_name = "KIND")]
-    input_kind: Option<InputMeaning>,
+    pub input_kind: Option<InputMeaning>,
     /// What the output is, where its unit does not say
     #[arg(long, value_name = "QUANTITY")]
-    pub(super) output_quantity: Option<OutputMeaning>,
+    pub output_quantity: Option<OutputMeaning>,
     /// Take the input as given even where the base's position was recorded
     #[arg(long)]
-    pub(super) keep_input: bool,
+    pub keep_input: bool,
     /// The longest delay of the output behind the input that may be found, s; kept only where the record
     /// calls for one. By default 0.05, and of a record shorter than 2.5 s a fiftieth of it
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    max_delay: Option<f64>,
+    pub max_delay: Option<f64>,
     /// Where the free decay begins, s; by default at the largest deflection
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    pub(super) start: Option<f64>,
+    pub start: Option<f64>,
     /// Where the free decay ends, s; by default where it has long sunk into the noise
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
-    end: Option<f64>,
+    pub end: Option<f64>,
     /// How many modes; by default all that stand out. Of a free decay the lowest, of a forced record those
     /// that explain most of it
     #[arg(long, value_name = "N")]
-    modes: Option<usize>,
+    pub modes: Option<usize>,
 }
 
-impl IdentificationArgs {
-    /// The files that are read.
-    pub fn files(&self) -> impl Iterator<Item = &Path> {
-        self.recordings.iter().map(PathBuf::as_path)
-    }
-
+impl IdentificationChoices {
     pub(super) fn forced_options(
         &self,
         input: &str,
@@ -132,9 +119,12 @@ impl IdentificationArgs {
 
 /// What an input column is, where its unit does not say.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum InputMeaning {
+pub enum InputMeaning {
+    /// Of the base, N.
     Force,
+    /// Of the base, m.
     BasePosition,
+    /// Of the base, m/s².
     BaseAcceleration,
 }
 
@@ -150,9 +140,12 @@ impl From<InputMeaning> for InputKind {
 
 /// What an output column is, where its unit does not say.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum OutputMeaning {
+pub enum OutputMeaning {
+    /// m or rad.
     Position,
+    /// Its rate.
     Velocity,
+    /// The rate of that.
     Acceleration,
 }
 

@@ -58,11 +58,25 @@ impl fmt::Display for Spread {
 pub struct BoxFloor {
     /// The least uncertainty of measured modes: ±PCT of frequency and damping ratio, or ±PCT,PCT of each. A
     /// recording's standard errors say nothing of payload, temperature and position
-    #[arg(long, value_name = "PCT", default_value = "5%", allow_negative_numbers = true)]
+    #[arg(long, value_name = "PCT", default_value = DEFAULT_FLOOR, allow_negative_numbers = true)]
     box_floor: String,
 }
 
+/// Payload, temperature and position move most machines by less.
+const DEFAULT_FLOOR: &str = "5%";
+
+impl Default for BoxFloor {
+    fn default() -> Self {
+        Self::new(DEFAULT_FLOOR)
+    }
+}
+
 impl BoxFloor {
+    /// `5%` for both, or `5%,20%` for frequency and damping ratio.
+    pub fn new(percentages: &str) -> Self {
+        Self { box_floor: percentages.to_owned() }
+    }
+
     /// The floor.
     ///
     /// # Errors

@@ -110,6 +110,10 @@ pub fn parse_measurement(
     };
     let mut recording = Recording::new(name.clone(), time_s);
     recording.columns = columns;
+    if format == Format::Json {
+        let about = json_reader::about(bytes).map_err(failed)?;
+        (recording.role, recording.notes) = (about.role, about.notes);
+    }
     if let Some(TimeBase::IntervalS(interval_s)) = options.time {
         remarks.extend(give_rate(&mut recording, interval_s));
     }

@@ -1,11 +1,13 @@
 //! JSON in: stillbeam's own, and objects of arrays of numbers.
 
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 use serde_json::{Map, Value};
 
 use crate::content::Content;
 use crate::error::Problem;
 use crate::options::ReadOptions;
-use crate::recording::shorten;
+use crate::recording::{Role, shorten};
 use crate::table::{Heading, Table, assemble, decode, interval_of, seconds_after};
 
 /// Reads an object whose members are arrays of numbers, an array of objects with numbers as members, or such
@@ -33,6 +35,30 @@ pub(crate) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Prob
         table.remarks.push(format!("left out, of another length: {}", crate::error::some(&names)));
     }
     assemble(table, options)
+}
+
+/// What stillbeam's own files say besides their columns; of others nothing is known.
+#[derive(Default, Deserialize)]
+pub(crate) struct About {
+    #[serde(default)]
+    pub(crate) role: Option<Role>,
+    #[serde(default)]
+    pub(crate) notes: toml::Table,
+}
+
+/// Reads what one of stillbeam's own files says besides its columns.
+pub(crate) fn about(bytes: &[u8]) -> Result<About, Problem> {
+    #[derive(Deserialize)]
+    struct Mark {
+        schema_version: Option<IgnoredAny>,
+        columns: Option<IgnoredAny>,
+    }
+    let (text, _) = decode(bytes);
+    match serde_json::from_str(&text) {
+        Ok(Mark { schema_version: Some(_), columns: Some(_) }) => serde_json::from_str(&text)
+            .map_err(|error| Problem::Json { line: error.line(), reason: error.to_string() }),
+        _ => Ok(About::default()),
+    }
 }
 
 /// Levels of objects that signals are looked for in.

@@ -1,6 +1,8 @@
 //! Files of firmware, loggers and other programs are read as what was recorded.
 
-use stillbeam_recording::{Format, Imported, ReadOptions, TimeBase, parse_recording, to_json};
+use stillbeam_recording::{
+    Format, Imported, ReadOptions, Recording, Role, TimeBase, parse_recording, to_json,
+};
 
 fn signal(k: u32) -> f64 {
     (0.9 * (-f64::from(k) / 300.0).exp() * (0.23 * f64::from(k)).cos() * 1e3).round() / 1e3
@@ -114,8 +116,7 @@ fn octave_text_is_read_as_matlab_variables_are() {
 fn json_is_read_as_it_is_written_and_as_others_write_it() {
     let stamps: Vec<f64> = (0..200).map(|k| f64::from(k) * 0.004).collect();
     let values: Vec<f64> = (0..200).map(signal).collect();
-    let recording =
-        stillbeam_recording::Recording::new("r", stamps.clone()).with_column("tip_m", values.clone());
+    let recording = Recording::new("r", stamps.clone()).with_column("tip_m", values.clone());
     let mut own = Vec::new();
     to_json(&mut own, &recording).unwrap();
     assert_holds(&read(&String::from_utf8(own).unwrap()), Format::Json, "tip_m", 1.0);
@@ -129,6 +130,24 @@ fn json_is_read_as_it_is_written_and_as_others_write_it() {
     for text in ["{\"a\": 1}", "{\"columns\": {}}", "[{\"a\": \"b\"}]", "{\"time\": [1, 2"] {
         assert!(parse_recording(text.as_bytes(), "log", &ReadOptions::default()).is_err());
     }
+}
+
+#[test]
+fn json_of_stillbeam_keeps_its_role_and_notes() {
+    let mut recording = Recording::new("r", vec![0.0, 0.1, 0.2, 0.3])
+        .with_column("tip_m", vec![0.0; 4])
+        .with_role(Role::HeldOut);
+    recording.notes.insert("payload_kg".to_owned(), 1.5.into());
+    let mut text = Vec::new();
+    to_json(&mut text, &recording).unwrap();
+    let read = parse_recording(&text, "r", &ReadOptions::default()).unwrap().recording;
+    assert_eq!((read.role, &read.notes), (recording.role, &recording.notes));
+    let text = String::from_utf8(text).unwrap().replace("held_out", "holdout");
+    let refused = parse_recording(text.as_bytes(), "r", &ReadOptions::default()).unwrap_err().to_string();
+    assert!(refused.contains("held_out"), "{refused}");
+    // A member of that name in somebody else's file is none of ours.
+    let other = text.replace("schema_version", "version");
+    assert_eq!(parse_recording(other.as_bytes(), "r", &ReadOptions::default()).unwrap().recording.role, None);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Reading what `cargo test -- --show-output` prints, line by line as it comes.
+//! Reading what `cargo test -- --show-output`, or `pytest -q -ra`, prints, line by line as it comes.
 //!
 //! A test that cannot run here (no emulator, no recordings) prints a line with the words "not run"
 //! and passes; such lines are the only output of passing tests that a reader needs.
@@ -29,6 +29,10 @@ impl Tally {
             self.failed += count(counts, "failed");
             return true;
         }
+        if let Some(pytest) = Pytest::of(line) {
+            self.take_pytest(pytest);
+            return true;
+        }
         match line {
             "successes:" => self.quiet = true,
             "failures:" => self.quiet = false,
@@ -51,6 +55,17 @@ impl Tally {
         true
     }
 
+    fn take_pytest(&mut self, line: Pytest<'_>) {
+        match line {
+            Pytest::Counts(counts) => {
+                self.passed += count(counts, "passed");
+                self.failed += count(counts, "failed") + count(counts, "error") + count(counts, "errors");
+            }
+            Pytest::Failed(name) => self.failures.push(name.to_owned()),
+            Pytest::Skipped(what) => self.not_run.push(format!("not run: {what}")),
+        }
+    }
+
     fn listen(&mut self, line: &str) {
         let header = line.strip_prefix("---- ").and_then(|rest| rest.strip_suffix(" stdout ----"));
         if let Some(name) = header {
@@ -61,10 +76,37 @@ impl Tally {
     }
 }
 
+/// A line of pytest's summary.
+enum Pytest<'l> {
+    /// `1 failed, 72 passed in 18.30s`.
+    Counts(&'l str),
+    /// `FAILED tests/test_board.py::test_name - AssertionError`.
+    Failed(&'l str),
+    /// `SKIPPED [1] tests/test_board.py:3: no board`.
+    Skipped(&'l str),
+}
+
+impl<'l> Pytest<'l> {
+    fn of(line: &'l str) -> Option<Self> {
+        if let Some(rest) = line.strip_prefix("FAILED tests/").or_else(|| line.strip_prefix("ERROR tests/")) {
+            return Some(Self::Failed(rest.split(" - ").next().unwrap_or(rest)));
+        }
+        if let Some(rest) = line.strip_prefix("SKIPPED [") {
+            return Some(Self::Skipped(rest.split_once("] ").map_or(rest, |(_, what)| what)));
+        }
+        let (counts, seconds) = line.rsplit_once(" in ")?;
+        let number = seconds.split(' ').next()?.strip_suffix('s')?;
+        let counted = counts
+            .split(", ")
+            .all(|part| part.split_once(' ').is_some_and(|(number, _)| number.parse::<usize>().is_ok()));
+        (counted && number.parse::<f64>().is_ok()).then_some(Self::Counts(counts))
+    }
+}
+
 /// The number before `word` in `ok. 28 passed; 0 failed; ...`.
 fn count(counts: &str, word: &str) -> usize {
     let mut before = None;
-    for token in counts.split([' ', ';', '.']).filter(|token| !token.is_empty()) {
+    for token in counts.split([' ', ';', '.', ',']).filter(|token| !token.is_empty()) {
         if token == word {
             return before.and_then(|number: &str| number.parse().ok()).unwrap_or(0);
         }
@@ -133,6 +175,24 @@ test result: FAILED. 1 passed; 1 failed; 0 ignored; 0 measured; 12 filtered out;
         assert!(shown.contains(&"thread 'a' panicked"));
         assert!(!shown.iter().any(|line| line.contains("4000 shapers")));
         assert_eq!(shown.iter().filter(|line| line.starts_with("test result")).count(), 2);
+    }
+
+    #[test]
+    fn a_summary_of_pytest_counts_as_well() {
+        let mut tally = Tally::default();
+        for line in [
+            ".F.s                                 [100%]",
+            "SKIPPED [1] tests/test_board.py:3: no board",
+            "FAILED tests/test_shaper.py::test_a_zv - assert 1 == 2",
+            "1 failed, 2 passed, 1 skipped, 1 error in 18.30s",
+            "2 passed in 61.02s (0:01:01)",
+            "what takes 3 steps in 2s is no summary",
+        ] {
+            assert!(tally.take(line), "{line}");
+        }
+        assert_eq!((tally.passed, tally.failed), (4, 2));
+        assert_eq!(tally.failures, ["test_shaper.py::test_a_zv"]);
+        assert_eq!(tally.not_run, ["not run: tests/test_board.py:3: no board"]);
     }
 
     #[test]

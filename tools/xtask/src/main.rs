@@ -9,6 +9,7 @@ mod fuzz;
 mod interrupt;
 mod libtest;
 mod prove;
+mod python;
 mod run;
 mod setup;
 mod size;
@@ -31,6 +32,7 @@ const USAGE: &str = "usage: cargo xtask CHORE
                        --resume, --page FILE.md and more (prove --help)
   nulls [OPTION ...]   diagnose machines of which nothing is left out, by an independent simulator; --cases N, --seed S,
                        --wrong SHARE,..., --page FILE.md and more (nulls --help)
+  python               install the Python package in target/python and run its tests and notebooks
   emulate [--shift N]  run the image on an emulated board and print its serial port
   setup                install what the other chores need (they also do it themselves)
 
@@ -70,6 +72,7 @@ fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
         ["fuzz", "--runs", runs, "--only", targets] => fuzz::fuzz(number(runs)?, Some(targets))?,
         ["prove", options @ ..] => prove::prove(options)?,
         ["nulls", options @ ..] => prove::nulls(options)?,
+        ["python"] => python::python()?,
         ["emulate"] => emulate::emulate(None)?,
         ["emulate", "--shift", shift] => emulate::emulate(Some(number(shift)?))?,
         ["setup"] => setup::everything()?,

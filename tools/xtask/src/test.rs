@@ -9,7 +9,7 @@ use crate::cargo::cargo;
 use crate::failure::Failure;
 use crate::libtest::Tally;
 use crate::run::{cannot_start, describe, run, say};
-use crate::{bench_firmware, firmware, fuzz, interrupt, prove, setup, size};
+use crate::{bench_firmware, firmware, fuzz, interrupt, prove, python, setup, size};
 
 /// Set for the emulator tests: the image to boot.
 const IMAGE_VARIABLE: &str = "STILLBEAM_IMAGE";
@@ -19,6 +19,7 @@ pub fn test() -> Result<ExitCode, Failure> {
     let mut outcome = Outcome::default();
     let compiler = outcome.tool("the firmware image and the emulator tests", setup::compiler);
     let emulator = outcome.tool("the emulator tests", setup::emulator);
+    let interpreter = outcome.tool("the Python package", setup::python);
     let fuzzer = outcome.tool("a short run of libFuzzer", fuzz::compiler);
     outcome.step("format", || run(cargo().args(["fmt", "--all", "--check"])));
     outcome.step("lints", || {
@@ -44,6 +45,9 @@ pub fn test() -> Result<ExitCode, Failure> {
     let image = image.filter(|_| emulator.is_some());
     outcome.tests(image.as_deref())?;
     outcome.step("twenty concealed cases", prove::subset);
+    if let Some(interpreter) = interpreter {
+        outcome.python(&interpreter)?;
+    }
     if fuzzer.is_some() {
         outcome.step("a short run of libFuzzer", fuzz::short);
     }
@@ -112,6 +116,20 @@ impl Outcome {
         // Tests that do not compile, or a test process that crashed, fail without a result line.
         if !succeeded && self.tally.failed == 0 {
             self.broken.push("tests: `cargo test` failed without a failing test".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The Python package and its tests.
+    fn python(&mut self, interpreter: &Path) -> Result<(), Failure> {
+        if self.step("Python package", || python::install(interpreter)).is_none() {
+            return Ok(());
+        }
+        say("Python tests ...");
+        let failed = self.tally.failed;
+        let succeeded = follow(&mut python::tests(interpreter), &mut self.tally, std::io::stdout())?;
+        if !succeeded && self.tally.failed == failed {
+            self.broken.push("Python tests: pytest failed without a failing test".to_owned());
         }
         Ok(())
     }

@@ -40,14 +40,23 @@ pub struct TuneArgs {
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
     /// Folder for modes.json, modes.html, table.json and shaper.html
-    #[arg(long, default_value = "out/tune", value_name = "DIR")]
+    #[arg(long, default_value = "out/tune", value_name = "DIR", conflicts_with_all = ["modes_file", "table_file", "report_dir"])]
     out: PathBuf,
+    /// Write the modes to this file instead of into a folder for all
+    #[arg(long, value_name = "FILE.json")]
+    modes_file: Option<PathBuf>,
+    /// Write the table to this file instead of into a folder for all
+    #[arg(long, value_name = "FILE.json")]
+    table_file: Option<PathBuf>,
+    /// Write modes.html and shaper.html into this folder instead of into a folder for all
+    #[arg(long, value_name = "DIR")]
+    report_dir: Option<PathBuf>,
     /// Write the recommendation as JSON to this file, or to standard output for -
     #[arg(long, value_name = "FILE")]
     json: Option<String>,
 }
 
-/// What is written into the folder.
+/// What is written.
 struct Files {
     modes: String,
     modes_page: String,
@@ -56,20 +65,30 @@ struct Files {
 }
 
 impl Files {
-    fn within(folder: &Path) -> Self {
-        let [modes, modes_page, table, shaper_page] =
-            ["modes.json", "modes.html", "table.json", "shaper.html"]
-                .map(|name| folder.join(name).display().to_string());
-        Self { modes, modes_page, table, shaper_page }
+    /// Their names, in folders that are made if need be: a file whose place was not named is in the folder for
+    /// all.
+    fn of(args: &TuneArgs) -> Result<Self, CliError> {
+        let placed = |file: &Option<PathBuf>, name: &str| file.clone().unwrap_or_else(|| args.out.join(name));
+        let reports = args.report_dir.as_ref().unwrap_or(&args.out);
+        let files = [
+            placed(&args.modes_file, "modes.json"),
+            reports.join("modes.html"),
+            placed(&args.table_file, "table.json"),
+            reports.join("shaper.html"),
+        ];
+        for folder in files.iter().filter_map(|file| file.parent()) {
+            std::fs::create_dir_all(folder)
+                .map_err(|error| CliError::file(folder.display().to_string(), &error))?;
+        }
+        let [modes, modes_page, table, shaper_page] = files.map(|file| file.display().to_string());
+        Ok(Self { modes, modes_page, table, shaper_page })
     }
 }
 
 impl TuneArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         let (floor, tolerance) = (self.floor.spread()?, self.tolerance.fraction()?);
-        let files = Files::within(&self.out);
-        std::fs::create_dir_all(&self.out)
-            .map_err(|error| CliError::file(self.out.display().to_string(), &error))?;
+        let files = Files::of(self)?;
         let Files { modes, modes_page, table, shaper_page } = &files;
         let written = [modes, modes_page, table, shaper_page].map(|file| Some(file.as_str()));
         keep_apart(self.recorded.files(), written.into_iter().chain([self.json.as_deref()]))?;

@@ -92,7 +92,7 @@ fn planned(line: &str) -> Result<(), MotionError> {
 
 #[test]
 fn the_largest_sweep_thought_possible_is_the_largest_that_the_board_takes() {
-    let limits = MachineLimits::default().of_an_excitation();
+    let limits = MachineLimits::default().of_an_excitation(None);
     let mut random = Xoshiro256PlusPlus::seed_from_u64(1);
     let mut between = |low: f64, high: f64| {
         let part = (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;

@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::outputs::keep_apart;
 use crate::reading::ReadArgs;
 use crate::report::diagnose_page::diagnose_page;
-use crate::shaping::MachineLimits;
+use crate::shaping::{MachineLimits, Travel};
 use crate::streams::{Streams, json_on_stdout};
 
 /// Where a model and recordings differ, and which physics was left out.
@@ -64,6 +64,10 @@ pub struct DiagnoseArgs {
     /// board's own settings as they come if not given
     #[arg(long, value_name = "VELOCITY,ACCELERATION")]
     limits: Option<MachineLimits>,
+    /// Where the machine may be, in mm, for the run proposed next, which starts in the middle; the board's own
+    /// travel as it comes if not given
+    #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
+    travel: Option<Travel>,
     /// Begin no further search after this many seconds; the result then says what was not looked for, and no
     /// verdict is more certain than the whole search would make it
     #[arg(long, value_name = "SECONDS")]
@@ -97,7 +101,7 @@ impl DiagnoseArgs {
         let (recordings, held_out) = (read(&self.recordings)?, read(&self.held_out)?);
         let mut options = Options::default();
         options.most_amplitude = self.most_amplitude;
-        options.limits = Some(self.limits.unwrap_or_default().of_an_excitation());
+        options.limits = Some(self.limits.unwrap_or_default().of_an_excitation(self.travel));
         options.time_limit_s = self.time_limit;
         options.processor_limit_s = self.processor_limit;
         let mut teller = Teller::new();

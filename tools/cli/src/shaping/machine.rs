@@ -51,6 +51,32 @@ impl FromStr for MachineLimits {
     }
 }
 
+/// Where a machine may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Travel {
+    /// One end, mm.
+    pub from_mm: f64,
+    /// The other end, mm, above it.
+    pub to_mm: f64,
+}
+
+impl FromStr for Travel {
+    type Err = CliError;
+
+    /// `FROM,TO` in mm.
+    fn from_str(text: &str) -> Result<Self, CliError> {
+        let numbers: Vec<Option<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+        match numbers.as_slice() {
+            [Some(from_mm), Some(to_mm)] if from_mm < to_mm && from_mm.is_finite() && to_mm.is_finite() => {
+                Ok(Self { from_mm: *from_mm, to_mm: *to_mm })
+            }
+            _ => Err(CliError::Usage(format!(
+                "travel `{text}`: write FROM,TO in mm, the first below the second, such as -100,100"
+            ))),
+        }
+    }
+}
+
 /// A move of the board through a table, and what it asked of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MoveCheck {
@@ -88,11 +114,11 @@ impl MoveCheck {
 }
 
 impl MachineLimits {
-    /// What an excitation about the middle of the board's travel may ask for.
-    pub fn of_an_excitation(self) -> stillbeam_diagnose::MachineLimits {
+    /// What an excitation about the middle of a travel may ask for, by default of the board's as it comes.
+    pub fn of_an_excitation(self, travel: Option<Travel>) -> stillbeam_diagnose::MachineLimits {
         let board = Settings::default().limits();
-        let (from_mm, to_mm) = board.travel_mm;
-        let reach_mm = to_mm.min(-from_mm) / SweepSpec::STOP_REACH;
+        let (from_mm, to_mm) = travel.map_or(board.travel_mm, |Travel { from_mm, to_mm }| (from_mm, to_mm));
+        let reach_mm = 0.5 * (to_mm - from_mm) / SweepSpec::STOP_REACH;
         stillbeam_diagnose::MachineLimits {
             half_travel_m: 1e-3 * reach_mm.min(SweepSpec::AMPLITUDE_RANGE_MM.1),
             velocity_m_s: 1e-3 * self.velocity_mm_s,

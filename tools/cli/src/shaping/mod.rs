@@ -10,7 +10,7 @@ mod uncertainty;
 
 pub use candidates::{Candidate, candidates};
 pub use comparison::{ComparedMove, compare_moves};
-pub use machine::{MachineLimits, MoveCheck};
+pub use machine::{MachineLimits, MoveCheck, Travel};
 pub use selection::{ModeSelection, Task, board_rate_hz};
 pub use tolerance::Tolerance;
 pub use uncertainty::{BoxFloor, Spread, Uncertainty, describe_measured, measured_box, mode_boxes};

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::board::BoardError;
 use crate::data::DataError;
+use crate::project::ProjectError;
 use crate::tuning::TuningError;
 
 /// Why a command failed.
@@ -61,6 +62,9 @@ pub enum CliError {
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// A project.
+    #[error(transparent)]
+    Project(#[from] ProjectError),
     /// Arguments that contradict each other or that do not fit the files.
     #[error("{0}")]
     Usage(String),

@@ -5,6 +5,7 @@
 //! | arguments become work, one file per subcommand | [`commands`] |
 //! | a board is anything that speaks the console protocol over bytes | [`board`] |
 //! | what a board streamed becomes a recording | [`board_recording`] |
+//! | a folder for one machine, which says once what is always the same | [`project`] |
 //! | the main job, from a sweep to a still beam | [`demo`] |
 //! | the paper's tables and figures, made again | [`paper`] |
 //! | a command becomes setpoints as the firmware makes them | [`command_signal`] |
@@ -37,6 +38,7 @@ pub mod merging;
 pub mod motion_refusal;
 pub mod outputs;
 pub mod paper;
+pub mod project;
 pub mod reading;
 pub mod report;
 pub mod shaping;

@@ -19,9 +19,13 @@ pub mod simulate;
 pub mod tune;
 pub mod upload;
 
-use clap::{Parser, Subcommand};
+use std::ffi::OsString;
+use std::path::Path;
+
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use crate::error::CliError;
+use crate::project::words::{Misunderstood, understand};
 use crate::streams::Streams;
 
 /// Still beams: identify a flexible machine's modes, design input shapers, and run them on the firmware.
@@ -38,6 +42,9 @@ Example:
   stillbeam demo --out out/demo"
 )]
 pub struct Cli {
+    /// Take nothing of the project whose folder this is
+    #[arg(long, global = true, display_order = 1000)]
+    no_project: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -66,6 +73,21 @@ enum Command {
 }
 
 impl Cli {
+    /// Reads the words of a command line, the first of them the program's name, in the project around a working
+    /// directory; and what to say of that project before the work.
+    ///
+    /// # Errors
+    /// [`Misunderstood`], which is also a request for help.
+    pub fn understand(
+        words: &[OsString],
+        working_directory: &Path,
+    ) -> Result<(Self, Vec<String>), Misunderstood> {
+        let understood = understand(&Self::command(), words, working_directory)?;
+        let cli = Self::from_arg_matches(&understood.matches)
+            .map_err(|error| Misunderstood::Words(error.format(&mut Self::command()), Vec::new()))?;
+        Ok((cli, understood.told))
+    }
+
     /// Does what was asked.
     ///
     /// # Errors
@@ -92,5 +114,69 @@ impl Cli {
             Command::Completions(args) => args.run(streams),
             Command::Man(args) => args.run(streams),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::{Project, ProjectFile, offers, places};
+
+    /// Everything that a file can say.
+    const FULL: &str = r#"
+schema = 1
+model = "models/own.toml"
+[recordings]
+input = "setpoint_m"
+output = "encoder_m"
+input_kind = "force"
+output_quantity = "position"
+time = "t"
+format = "csv"
+skip_lines = 1
+separator = "comma"
+decimal = "point"
+[board]
+port = "core"
+rate_hz = 4000
+[limits]
+velocity_mm_s = 1
+acceleration_mm_s2 = 1
+jerk_mm_s3 = 1
+travel_mm = [-1, 1]
+[shaper]
+tolerance = 0.1
+frequency_floor_percent = 1
+"#;
+
+    /// An offer for an option that does not exist would be lost without a word.
+    #[test]
+    fn everything_that_a_project_offers_is_an_option_of_its_command() {
+        let folder = tempfile::tempdir().unwrap();
+        for file in [places::MODES_FILE, places::TABLE_FILE, "recordings/a.csv"] {
+            std::fs::create_dir_all(folder.path().join(file).parent().unwrap()).unwrap();
+            std::fs::write(folder.path().join(file), "").unwrap();
+        }
+        let mut file = ProjectFile::parse(FULL, "full").unwrap();
+        let described = Cli::command();
+        let check = |file: &ProjectFile| {
+            let project = Project { folder: folder.path().to_owned(), file: file.clone() };
+            for name in offers::COMMANDS {
+                let command = described.find_subcommand(name).unwrap();
+                let offers = project.offers(name).unwrap();
+                assert!(!offers.values.is_empty() && offers.missing.is_empty(), "{name}");
+                for offer in offers.values {
+                    for id in std::iter::once(&offer.id).chain(offer.yields_to).chain(offer.needs) {
+                        assert!(command.get_arguments().any(|it| it.get_id() == id), "{name} {id}");
+                    }
+                }
+            }
+        };
+        check(&file);
+        let recordings = &mut file.recordings;
+        (recordings.time, recordings.sample_rate_hz) = (None, Some(100.0));
+        (recordings.input, recordings.sweep) = (None, Some("1,9,10s".to_owned()));
+        recordings.columns = vec!["tip_m=y".to_owned()];
+        check(&file);
     }
 }

@@ -1,0 +1,23 @@
+//! A folder for one machine: what is always the same is said once, in its `stillbeam.toml`.
+//!
+//! | sentence | module |
+//! |---|---|
+//! | what the file says | [`file`] |
+//! | which folder it is | [`find`] |
+//! | where recordings, modes, models, tables and reports are | [`places`] |
+//! | what a command would be told of it | [`offers`] |
+//! | the words of a person and what the project adds to them | [`words`] |
+//!
+//! The file only gives defaults to options that exist: what is typed wins, and an option that excludes another
+//! one also excludes what the project has for that.
+
+mod error;
+pub mod file;
+pub mod find;
+pub mod offers;
+pub mod places;
+pub mod words;
+
+pub use error::ProjectError;
+pub use file::ProjectFile;
+pub use find::Project;

@@ -9,6 +9,7 @@ use stillbeam_recording::{
 };
 
 use crate::error::CliError;
+use crate::project::file::RecordingsTable;
 use crate::streams::Streams;
 
 /// What a recording's file may leave open.
@@ -74,6 +75,38 @@ impl ReadArgs {
             }
         }
         Ok(measurement)
+    }
+
+    /// The same in the file of a project.
+    pub fn entries(&self) -> RecordingsTable {
+        let scaled = |source: &str, scale: f64| match scale {
+            1.0 => source.to_owned(),
+            _ => format!("{source}*{scale}"),
+        };
+        let column =
+            |choice: &ColumnChoice| format!("{}={}", choice.name, scaled(&choice.source, choice.scale));
+        let time = self.time.as_ref().and_then(|time| match time {
+            TimeBase::Source { source, scale } => Some(match scale {
+                Some(scale) => format!("{source}*{scale}"),
+                None => source.clone(),
+            }),
+            TimeBase::IntervalS(_) => None,
+        });
+        let separator = self.separator.map(|separator| match separator {
+            Separator::Blanks => "blanks".to_owned(),
+            Separator::Byte(b'\t') => "tab".to_owned(),
+            Separator::Byte(byte) => char::from(byte).to_string(),
+        });
+        RecordingsTable {
+            columns: self.columns.iter().map(column).collect(),
+            time,
+            sample_rate_hz: self.sample_rate,
+            format: self.format.map(|format| format.to_string()),
+            skip_lines: self.skip_lines,
+            separator,
+            decimal: self.decimal.and_then(|sign| Some(sign.to_possible_value()?.get_name().to_owned())),
+            ..RecordingsTable::default()
+        }
     }
 
     fn options(&self) -> Result<ReadOptions, CliError> {

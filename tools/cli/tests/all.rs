@@ -19,6 +19,8 @@ mod noisy_line;
 mod one_recording;
 mod outputs;
 mod paper;
+mod project;
+mod project_questions;
 mod record_columns;
 mod record_kinds;
 mod serial_port;

@@ -11,6 +11,7 @@ pub mod flash;
 pub mod identify;
 pub mod merge;
 pub mod model;
+pub mod new;
 pub mod paper;
 pub mod plan;
 pub mod record;
@@ -51,6 +52,7 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    New(new::NewArgs),
     Diagnose(diagnose::DiagnoseArgs),
     Identify(identify::IdentifyArgs),
     Tune(tune::TuneArgs),
@@ -94,6 +96,7 @@ impl Cli {
     /// [`CliError`], whose message is for people and whose [`CliError::exit_code`] for programs.
     pub fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         match &self.command {
+            Command::New(args) => args.run(streams),
             Command::Diagnose(args) => args.run(streams),
             Command::Identify(args) => args.run(streams),
             Command::Tune(args) => args.run(streams),

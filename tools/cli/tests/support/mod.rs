@@ -15,10 +15,7 @@ pub struct Run {
 
 /// Runs `stillbeam` with these arguments.
 pub fn stillbeam(arguments: &[&str]) -> Run {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_stillbeam"));
-    let Output { status, stdout, stderr } = command.args(arguments).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    Run { code: status.code().unwrap_or(-1), out: text(stdout), messages: text(stderr) }
+    stillbeam_in(Path::new("."), arguments)
 }
 
 /// Runs it, expects success and returns standard output.
@@ -47,4 +44,12 @@ pub fn refused(arguments: &[&str], parts: &[&str]) {
 pub fn paper_beam() -> String {
     let path: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/paper_beam.toml");
     path.display().to_string()
+}
+
+/// Runs `stillbeam` with these arguments in a folder.
+pub fn stillbeam_in(folder: &Path, arguments: &[&str]) -> Run {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_stillbeam"));
+    let Output { status, stdout, stderr } = command.current_dir(folder).args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Run { code: status.code().unwrap_or(-1), out: text(stdout), messages: text(stderr) }
 }

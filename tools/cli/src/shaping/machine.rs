@@ -168,3 +168,31 @@ impl MachineLimits {
         Ok(Some(tried))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excitation_stays_within_the_travel_of_the_machine() {
+        let limits = MachineLimits::default();
+        let short = limits.of_an_excitation(Some(Travel { from_mm: -4.0, to_mm: 6.0 }));
+        assert!(
+            (short.half_travel_m - 0.005 / SweepSpec::STOP_REACH).abs() < 1e-12,
+            "{}",
+            short.half_travel_m
+        );
+        // The board's travel reaches as far to either side.
+        let (from_mm, to_mm) = Settings::default().limits().travel_mm;
+        let board = limits.of_an_excitation(Some(Travel { from_mm, to_mm }));
+        assert_eq!(board, limits.of_an_excitation(None));
+    }
+
+    #[test]
+    fn a_travel_that_does_not_go_upwards_is_refused() {
+        assert_eq!("-5,80.5".parse::<Travel>().unwrap(), Travel { from_mm: -5.0, to_mm: 80.5 });
+        for text in ["80,-5", "5,5", "5", "a,b", "nan,3", ""] {
+            assert!(text.parse::<Travel>().is_err(), "{text}");
+        }
+    }
+}

@@ -42,6 +42,8 @@ pub mod project;
 pub mod reading;
 pub mod report;
 pub mod shaping;
+
+mod shell_word;
 pub mod simulation;
 pub mod streams;
 pub mod tuning;

@@ -255,10 +255,21 @@ fn a_new_project_takes_its_columns_from_an_example() {
         assert_eq!(std::fs::read_dir(outer.path().join("a b").join(place)).unwrap().count(), 0, "{place}");
     }
     // Typing wins here too.
-    let typed = ["new", "c", "--from", example.to_str().unwrap(), "--input", "other_N", "--travel", "-5,80"];
-    assert_eq!(stillbeam_in(outer.path(), &typed).code, 0);
+    let typed = |input| {
+        let options = ["--from", example.to_str().unwrap(), "--input", input, "--travel", "-5,80"];
+        stillbeam_in(outer.path(), &[&["new", "c"][..], &options].concat())
+    };
+    let other = typed("other_N");
+    assert_eq!(other.code, 2);
+    assert!(
+        other.messages.contains("no column `other_N`; the columns are setpoint_m, "),
+        "{}",
+        other.messages
+    );
+    assert_eq!(typed("base_position_m").code, 0);
     let text = std::fs::read_to_string(outer.path().join("c/stillbeam.toml")).unwrap();
-    assert!(text.contains("\ninput = \"other_N\"\n") && text.contains("travel_mm = [-5.0, 80.0]"), "{text}");
+    assert!(text.contains("\ninput = \"base_position_m\"\n"), "{text}");
+    assert!(text.contains("travel_mm = [-5.0, 80.0]"), "{text}");
 }
 
 #[test]
@@ -291,4 +302,31 @@ fn limits_of_a_project_hold_for_planned_moves() {
     assert!(plan(&[]) > 2.5);
     assert!(plan(&["--no-project"]) < 1.0);
     assert!(machine.has("tables/move.csv") && machine.has("reports/move.html"));
+}
+
+#[test]
+fn a_project_takes_its_recordings_by_name_and_counts_many() {
+    let machine = Machine::new(&[]);
+    let mut decay = "time_s,tip_m\n".to_owned();
+    for k in 0..2000 {
+        let t = f64::from(k) / 200.0;
+        decay += &format!("{t},{}\n", 1e-3 * (-0.2 * t).exp() * (TAU * 3.0 * t).sin());
+    }
+    for name in ["d.csv", "b.csv", "c.csv", "a.csv"] {
+        std::fs::write(machine.folder.join("recordings").join(name), &decay).unwrap();
+    }
+    let found = machine.accepted(&["identify", "--json", "-"]);
+    assert!(Machine::taken(&found).contains(": 4 files in recordings/"), "{}", found.messages);
+    let found: Value = serde_json::from_str(&found.out).unwrap();
+    let names = found["recordings"].as_array().unwrap().iter();
+    let names: Vec<&str> = names.map(|of| of["recording"].as_str().unwrap()).collect();
+    assert_eq!(names, ["a", "b", "c", "d"].map(|name| format!("recordings/{name}.csv")));
+}
+
+#[test]
+fn a_recording_in_the_place_of_the_model_is_named() {
+    let machine = Machine::with_sweep(COLUMNS);
+    let run = machine.run(&["diagnose", "recordings/sweep.csv"]);
+    assert_eq!(run.code, 2);
+    assert!(run.messages.contains("recordings/sweep.csv is taken for the model"), "{}", run.messages);
 }

@@ -28,6 +28,21 @@ fn answered(options: &[&str], lines: &str) -> (String, String) {
 }
 
 #[test]
+fn a_column_that_the_example_does_not_have_is_asked_for_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = folder.path().join("e.csv");
+    let rows = (0..500).map(|k| format!("{},{},{}\n", 0.01 * f64::from(k), k % 7, k % 5));
+    std::fs::write(&example, "time_s,force_N,tip_m\n".to_owned() + &rows.collect::<String>()).unwrap();
+    let (asked, file) =
+        answered(&["--from", example.to_str().unwrap(), "--port", "core"], "forec_N\nforce_N\n\n\n\n\n\n");
+    assert!(asked.contains("there is no column `forec_N`; the columns are force_N, tip_m"), "{asked}");
+    assert!(asked.contains("[tip_m]: "), "{asked}");
+    for part in ["\ninput = \"force_N\"", "\noutput = \"tip_m\"", "\nport = \"core\""] {
+        assert!(file.contains(part), "`{part}`: {file}");
+    }
+}
+
+#[test]
 fn a_new_project_asks_for_what_no_option_says() {
     let typed = "tip_mm\nnone\n120\nfast\n900\n\n-10,90\n";
     let (asked, file) = answered(&["--input", "setpoint_m"], typed);

@@ -85,7 +85,7 @@ impl DiagnoseArgs {
             [&self.json, &self.report, &self.extended_model, &self.refitted_model].map(Option::as_deref),
         )?;
         self.check_roles()?;
-        let mut model = Model::read(&self.model)?;
+        let mut model = self.read_model()?;
         let controller = model.setup().controller.clone();
         if self.open_loop {
             model.setup_mut().controller = None;
@@ -143,6 +143,18 @@ impl DiagnoseArgs {
 }
 
 impl DiagnoseArgs {
+    /// The model; a recording in its place is named as one.
+    fn read_model(&self) -> Result<Model, CliError> {
+        let is_named_as_one = self.model.extension().is_some_and(|extension| extension == "toml");
+        Model::read(&self.model).map_err(|error| match is_named_as_one {
+            true => error.into(),
+            false => CliError::Usage(format!(
+                "{} is taken for the model, which comes before the recordings, and is none: {error}",
+                self.model.display()
+            )),
+        })
+    }
+
     /// A recording that was trained on cannot judge.
     fn check_roles(&self) -> Result<(), CliError> {
         let identity = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());

@@ -15,6 +15,7 @@ use crate::project::proposal::Proposal;
 use crate::project::questions::{Questions, above_zero};
 use crate::reading::ReadArgs;
 use crate::shaping::Travel;
+use crate::shell_word::shell_word;
 use crate::streams::Streams;
 
 /// Make a folder for one machine, in which commands need no repeated options.
@@ -69,17 +70,21 @@ impl NewArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         refuse_occupied(&self.folder)?;
         let proposal = self.from.as_deref().map(|path| self.propose(path, streams)).transpose()?;
-        let mut file = self.file(&proposal.unwrap_or_default());
+        let proposal = proposal.unwrap_or_default();
+        for typed in self.input.iter().chain(&self.output) {
+            proposal.check(typed).map_err(CliError::Usage)?;
+        }
+        let mut file = self.file(&proposal);
         let answers = std::io::stdin();
         if answers.is_terminal() {
             let mut questions = Questions { answers: &mut answers.lock(), asked: streams.messages };
-            self.ask(&mut file, &mut questions)?;
+            self.ask(&mut file, &proposal, &mut questions)?;
         }
         let path = create(&self.folder, &file)?;
         streams.say(&format!("wrote {}", path.display()));
         let folder = self.folder.display();
         writeln!(streams.out, "Copy your recordings into {folder}/{}, then:", places::RECORDINGS)?;
-        writeln!(streams.out, "  cd {folder}")?;
+        writeln!(streams.out, "  cd {}", shell_word(&folder.to_string()))?;
         writeln!(streams.out, "  stillbeam tune       # modes, a shaper and its reasons")?;
         writeln!(streams.out, "  stillbeam identify   # modes and a model for simulate and diagnose")?;
         let port = if file.board.port.is_some() { "  " } else { " --port PORT" };
@@ -124,15 +129,25 @@ impl NewArgs {
     }
 
     /// Asks for what was not typed, with what `file` has as the default.
-    fn ask(&self, file: &mut ProjectFile, questions: &mut Questions<'_>) -> Result<(), CliError> {
-        let columns = [
-            (&self.input, &mut file.recordings.input, "Column that drives the machine, such as setpoint_m"),
-            (&self.output, &mut file.recordings.output, "Column that responds, such as tip_deflection_m"),
-            (&self.port, &mut file.board.port, "Serial port of the board, or core to try without one"),
+    fn ask(
+        &self,
+        file: &mut ProjectFile,
+        proposal: &Proposal,
+        questions: &mut Questions<'_>,
+    ) -> Result<(), CliError> {
+        let RecordingsTable { input, output, .. } = &mut file.recordings;
+        let texts = [
+            (&self.input, input, true, "Column that drives the machine, such as setpoint_m"),
+            (&self.output, output, true, "Column that responds, such as tip_deflection_m"),
+            (&self.port, &mut file.board.port, false, "Serial port of the board, or core to try without one"),
         ];
-        for (_, value, question) in columns.into_iter().filter(|(typed, ..)| typed.is_none()) {
+        for (_, value, is_column, question) in texts.into_iter().filter(|(typed, ..)| typed.is_none()) {
             let default = value.clone().unwrap_or_else(|| NONE.to_owned());
-            match questions.ask(question, &default, |answer| Ok(answer.to_owned()))? {
+            let read = |answer: &str| match is_column && answer != NONE {
+                true => proposal.check(answer).map(|()| answer.to_owned()),
+                false => Ok(answer.to_owned()),
+            };
+            match questions.ask(question, &default, read)? {
                 Some(none) if none == NONE => *value = None,
                 Some(answer) => *value = Some(answer),
                 None => {}

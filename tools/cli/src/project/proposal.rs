@@ -10,6 +10,8 @@ use crate::identification::columns::output_column;
 /// What a recording suggests.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Proposal {
+    /// What its columns are called; none where nothing is known of them.
+    pub names: Vec<String>,
     /// Its columns, their units and what they may be, one a line.
     pub columns: Vec<String>,
     /// The column that seems to drive the machine.
@@ -44,7 +46,22 @@ impl Proposal {
             };
             format!("{name}, unit {}: {role}", column.unit())
         });
-        Self { columns: columns.collect(), input, output }
+        let names = recording.columns.iter().map(|column| column.name.clone()).collect();
+        Self { names, columns: columns.collect(), input, output }
+    }
+
+    /// Whether there may be these columns, one or several with commas between.
+    ///
+    /// # Errors
+    /// Which one there is not, and which there are.
+    pub fn check(&self, columns: &str) -> Result<(), String> {
+        let is_there = |name: &&str| self.names.iter().any(|there| there == name);
+        match columns.split(',').map(str::trim).find(|name| !is_there(name)) {
+            Some(name) if !self.names.is_empty() => {
+                Err(format!("there is no column `{name}`; the columns are {}", self.names.join(", ")))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -66,6 +83,11 @@ mod tests {
         assert_eq!(proposal.input.as_deref(), Some("setpoint_m"));
         assert_eq!(proposal.output.as_deref(), Some("beam_mm"));
         assert_eq!(proposal.columns.len(), 4);
+        assert_eq!(proposal.check("beam_mm, setpoint_m"), Ok(()));
+        assert!(
+            proposal.check("beam_mm,tip_m").unwrap_err().contains("`tip_m`; the columns are command_m, ")
+        );
+        assert_eq!(Proposal::default().check("anything_m"), Ok(()));
         assert_eq!(proposal.columns[0], "command_m, unit m: may be an input");
         assert_eq!(proposal.columns[3], "state_number, unit number: what the board did");
     }

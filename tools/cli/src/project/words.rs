@@ -16,6 +16,7 @@ use clap::{Arg, ArgMatches, Command};
 use super::error::ProjectError;
 use super::find::Project;
 use super::offers::{COMMANDS, Offer, Offers};
+use crate::shell_word::shell_word;
 
 /// The flag that leaves a project out.
 pub const WITHOUT: &str = "no-project";
@@ -158,13 +159,13 @@ fn taken_line(project: &Project, command: &Command, taken: &[&Offer]) -> Option<
         let offer = taken.iter().find(|offer| argument.get_id() == offer.id)?;
         Some(match (argument.get_long(), offer.values.as_slice()) {
             (Some(long), values) => {
-                let each = values.iter().map(|value| format!("--{long} {value}"));
+                let each = values.iter().map(|value| format!("--{long} {}", shell_word(value)));
                 each.collect::<Vec<_>>().join(" ")
             }
             (None, values) if values.len() > LISTED => {
                 format!("{} files in {}", values.len(), project.folder.join(offer.key).display())
             }
-            (None, values) => values.join(" "),
+            (None, values) => values.iter().map(|value| shell_word(value)).collect::<Vec<_>>().join(" "),
         })
     };
     let said: Vec<String> = command.get_arguments().filter_map(said).collect();

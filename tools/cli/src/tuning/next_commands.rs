@@ -2,6 +2,7 @@
 
 use super::outcome::Tuning;
 use super::shaper_names::kind;
+use crate::shell_word::shell_word;
 
 /// Commands for a shell.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,25 +34,5 @@ impl NextCommands {
             Some((other.name.clone(), command))
         });
         Self { upload, another }
-    }
-}
-
-/// A path as a word of a shell's line.
-fn shell_word(path: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "/\\._-+:".contains(c);
-    if !path.is_empty() && path.chars().all(is_plain) {
-        return path.to_owned();
-    }
-    format!("'{}'", path.replace('\'', "'\\''"))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_path_with_blanks_stays_one_word() {
-        assert_eq!(shell_word("out/tune/table.json"), "out/tune/table.json");
-        assert_eq!(shell_word("my machine's/table.json"), "'my machine'\\''s/table.json'");
     }
 }

@@ -77,6 +77,11 @@ impl ReadArgs {
         Ok(measurement)
     }
 
+    /// The same, but these columns.
+    pub fn with_columns(self, columns: Vec<ColumnChoice>) -> Self {
+        Self { columns, ..self }
+    }
+
     /// The same in the file of a project.
     pub fn entries(&self) -> RecordingsTable {
         let scaled = |source: &str, scale: f64| match scale {

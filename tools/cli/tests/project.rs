@@ -330,3 +330,29 @@ fn a_recording_in_the_place_of_the_model_is_named() {
     assert_eq!(run.code, 2);
     assert!(run.messages.contains("recordings/sweep.csv is taken for the model"), "{}", run.messages);
 }
+
+/// A model has metres: by the names of millimetres a diagnosis would take the motion for a force.
+#[test]
+fn a_project_of_a_recording_in_millimetres_goes_as_far_as_the_model() {
+    let source = Machine::with_sweep(COLUMNS);
+    let text = std::fs::read_to_string(source.folder.join("recordings/sweep.csv")).unwrap();
+    let mut lab = "t [s];ref [mm];tip [mm]\n".to_owned();
+    for line in text.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        lab += &format!("{:.4};{:.7};{:.7}\n", cells[0], 1e3 * cells[1], 1e3 * cells[2]).replace('.', ",");
+    }
+    let outer = tempfile::tempdir().unwrap();
+    std::fs::write(outer.path().join("lab.csv"), lab).unwrap();
+    let made = stillbeam_in(outer.path(), &["new", "lab", "--from", "lab.csv"]);
+    assert_eq!(made.code, 0, "{}", made.messages);
+    assert!(made.messages.contains("setpoint_m=ref_mm*0.001, tip_m=tip_mm*0.001"), "{}", made.messages);
+    let folder = outer.path().join("lab");
+    std::fs::copy(outer.path().join("lab.csv"), folder.join("recordings/lab.csv")).unwrap();
+    let machine = Machine { _outer: outer, folder };
+    machine.accepted(&["identify"]);
+    let again = machine.accepted(&["simulate", "--command", "move 50mm"]);
+    assert!(again.out.contains("settling time"), "{}", again.out);
+    let found = machine.accepted(&["diagnose", "--json", "-"]);
+    let found: Value = serde_json::from_str(&found.out).unwrap();
+    assert_eq!(found["verdict"], "adequate", "{}", found["sentence"]);
+}

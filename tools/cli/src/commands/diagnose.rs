@@ -64,8 +64,8 @@ pub struct DiagnoseArgs {
     /// board's own settings as they come if not given
     #[arg(long, value_name = "VELOCITY,ACCELERATION")]
     limits: Option<MachineLimits>,
-    /// Where the machine may be, in mm, for the run proposed next, which starts in the middle; the board's own
-    /// travel as it comes if not given
+    /// Where the machine may be, in mm, for the run proposed next, which starts in the middle; the board's
+    /// own travel as it comes if not given
     #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
     travel: Option<Travel>,
     /// Begin no further search after this many seconds; the result then says what was not looked for, and no

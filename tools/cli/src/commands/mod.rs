@@ -75,8 +75,8 @@ enum Command {
 }
 
 impl Cli {
-    /// Reads the words of a command line, the first of them the program's name, in the project around a working
-    /// directory; and what to say of that project before the work.
+    /// Reads the words of a command line, the first of them the program's name, in the project around a
+    /// working directory; and what to say of that project before the work.
     ///
     /// # Errors
     /// [`Misunderstood`], which is also a request for help.

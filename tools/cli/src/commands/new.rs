@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use stillbeam_firmware::settings::Settings;
+use stillbeam_recording::ColumnChoice;
 
 use crate::error::CliError;
 use crate::project::ProjectFile;
@@ -13,6 +14,7 @@ use crate::project::new_file::{create, refuse_occupied};
 use crate::project::places;
 use crate::project::proposal::Proposal;
 use crate::project::questions::{Questions, above_zero};
+use crate::project::si_columns::name_in_si;
 use crate::reading::ReadArgs;
 use crate::shaping::Travel;
 use crate::shell_word::shell_word;
@@ -20,9 +22,9 @@ use crate::streams::Streams;
 
 /// Make a folder for one machine, in which commands need no repeated options.
 ///
-/// It gets a `stillbeam.toml` with a comment on every entry, and folders for recordings, modes, models, tables
-/// and reports. Commands that run in it, or below it, take from that file what is not typed: `stillbeam tune`
-/// alone goes from the recordings to a table. On a terminal it asks for what no option says.
+/// It gets a `stillbeam.toml` with a comment on every entry, and folders for recordings, modes, models,
+/// tables and reports. Commands that run in it, or below it, take from that file what is not typed:
+/// `stillbeam tune` alone goes from the recordings to a table. On a terminal it asks for what no option says.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Example:
@@ -35,7 +37,7 @@ pub struct NewArgs {
     /// The folder; made if need be
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Propose the columns of this recording; it is read, not copied
+    /// Propose the columns of this recording, in SI units; it is read, not copied
     #[arg(long, value_name = "EXAMPLE.csv")]
     from: Option<PathBuf>,
     /// The column that drives the machine
@@ -80,6 +82,7 @@ impl NewArgs {
             let mut questions = Questions { answers: &mut answers.lock(), asked: streams.messages };
             self.ask(&mut file, &proposal, &mut questions)?;
         }
+        self.name_columns(&mut file.recordings, &proposal, streams)?;
         let path = create(&self.folder, &file)?;
         streams.say(&format!("wrote {}", path.display()));
         let folder = self.folder.display();
@@ -99,6 +102,37 @@ impl NewArgs {
             streams.say(&format!("{}: {column}", path.display()));
         }
         Ok(proposal)
+    }
+
+    /// Takes the columns of the example in the units and by the names of models, where it can be read so.
+    fn name_columns(
+        &self,
+        recordings: &mut RecordingsTable,
+        proposal: &Proposal,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let Some(example) = &self.from else { return Ok(()) };
+        let mut named = recordings.clone();
+        name_in_si(&proposal.names, &mut named);
+        if named == *recordings {
+            return Ok(());
+        }
+        let columns = named.columns.iter().map(|column| column.parse().map_err(CliError::Usage));
+        let columns = columns.collect::<Result<Vec<ColumnChoice>, _>>()?;
+        let words = named.columns.join(", ");
+        // What there is to say of the file was said.
+        let (mut out, mut messages) = (std::io::sink(), std::io::sink());
+        let mut silent = Streams { out: &mut out, messages: &mut messages };
+        match self.reading.clone().with_columns(columns).read(example, &mut silent) {
+            Ok(_) => {
+                streams.say(&format!("taken in SI units, by the names that models have: {words}"));
+                *recordings = named;
+            }
+            Err(error) => streams.say(&format!(
+                "models have SI units, and these columns could not be taken so ({words}): {error}"
+            )),
+        }
+        Ok(())
     }
 
     /// What was typed, else proposed, else as it comes.

@@ -40,7 +40,12 @@ pub struct TuneArgs {
     #[arg(long, default_value_t = 4000.0, value_name = "HZ", allow_negative_numbers = true)]
     rate: f64,
     /// Folder for modes.json, modes.html, table.json and shaper.html
-    #[arg(long, default_value = "out/tune", value_name = "DIR", conflicts_with_all = ["modes_file", "table_file", "report_dir"])]
+    #[arg(
+        long,
+        default_value = "out/tune",
+        value_name = "DIR",
+        conflicts_with_all = ["modes_file", "table_file", "report_dir"]
+    )]
     out: PathBuf,
     /// Write the modes to this file instead of into a folder for all
     #[arg(long, value_name = "FILE.json")]
@@ -65,8 +70,8 @@ struct Files {
 }
 
 impl Files {
-    /// Their names, in folders that are made if need be: a file whose place was not named is in the folder for
-    /// all.
+    /// Their names, in folders that are made if need be: a file whose place was not named is in the folder
+    /// for all.
     fn of(args: &TuneArgs) -> Result<Self, CliError> {
         let placed = |file: &Option<PathBuf>, name: &str| file.clone().unwrap_or_else(|| args.out.join(name));
         let reports = args.report_dir.as_ref().unwrap_or(&args.out);

@@ -9,10 +9,11 @@
 //! | the words of a person and what the project adds to them | [`words`] |
 //! | a new file, with a comment on every entry | [`new_file`] |
 //! | what a recording suggests for it | [`proposal`] |
+//! | its columns in SI units, as models name them | [`si_columns`] |
 //! | what a person is asked for it | [`questions`] |
 //!
-//! The file only gives defaults to options that exist: what is typed wins, and an option that excludes another
-//! one also excludes what the project has for that.
+//! The file only gives defaults to options that exist: what is typed wins, and an option that excludes
+//! another one also excludes what the project has for that.
 
 mod error;
 pub mod file;
@@ -22,6 +23,7 @@ pub mod offers;
 pub mod places;
 pub mod proposal;
 pub mod questions;
+pub mod si_columns;
 pub mod words;
 
 pub use error::ProjectError;

@@ -356,3 +356,18 @@ fn a_project_of_a_recording_in_millimetres_goes_as_far_as_the_model() {
     let found: Value = serde_json::from_str(&found.out).unwrap();
     assert_eq!(found["verdict"], "adequate", "{}", found["sentence"]);
 }
+
+#[test]
+fn a_recording_that_is_held_out_by_typing_is_not_trained_on() {
+    let machine = Machine::with_sweep(&("model = \"models/identified.toml\"\n".to_owned() + COLUMNS));
+    machine.record("again.csv", 8.0);
+    machine.accepted(&["identify"]);
+    let run = machine.accepted(&["diagnose", "--json", "-", "--held-out", "recordings/again.csv"]);
+    let found: Value = serde_json::from_str(&run.out).unwrap();
+    assert!(
+        Machine::taken(&run).contains("models/identified.toml recordings/sweep.csv --"),
+        "{}",
+        run.messages
+    );
+    assert_eq!(found["verdict"], "adequate", "{}", found["sentence"]);
+}

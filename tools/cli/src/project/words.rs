@@ -6,7 +6,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use clap::builder::OsStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -89,9 +89,11 @@ fn within(
             return Ok(Understood { matches, told: Vec::new() });
         };
         let typed = typed_ids(found);
-        let before = offers.values.len();
+        let count = |offers: &Offers| offers.values.iter().map(|offer| offer.values.len()).sum::<usize>();
+        let before = count(&offers);
+        leave_out_typed_files(&mut offers.values, described, found, &typed);
         offers.values.retain(|offer| typed.contains(offer.id) || !is_excluded(described, offer, &typed));
-        if offers.values.len() == before {
+        if count(&offers) == before {
             let taken: Vec<&Offer> = offers.values.iter().filter(|offer| !typed.contains(offer.id)).collect();
             make_places(&taken)?;
             let missing = offers.missing.iter().filter(|missing| !typed.contains(missing.id));
@@ -134,6 +136,26 @@ fn is_excluded(command: &Command, offer: &Offer, typed: &BTreeSet<String>) -> bo
     let Some(offered) = argument(offer.id) else { return false };
     let typed = typed.iter().filter_map(|id| argument(id));
     typed.into_iter().any(|typed| excludes(offered, typed) || excludes(typed, offered))
+}
+
+/// Takes the files away from the recordings that were typed for something else: one that is to be held out is
+/// not trained on.
+fn leave_out_typed_files(
+    offers: &mut Vec<Offer>,
+    command: &Command,
+    found: &ArgMatches,
+    typed: &BTreeSet<String>,
+) {
+    // What has no name may have come to the wrong place: whoever reads it says so.
+    let named = command.get_arguments().filter(|argument| argument.get_long().is_some());
+    let options = named.map(|argument| argument.get_id().as_str());
+    let values = options.filter(|id| typed.contains(*id)).filter_map(|id| found.get_raw(id)).flatten();
+    let files: Vec<PathBuf> = values.filter_map(|value| Path::new(value).canonicalize().ok()).collect();
+    for offer in offers.iter_mut().filter(|offer| offer.id == "recordings") {
+        let is_other = |path: &String| Path::new(path).canonicalize().map_or(true, |it| !files.contains(&it));
+        offer.values.retain(is_other);
+    }
+    offers.retain(|offer| !offer.values.is_empty());
 }
 
 /// Folders for the files that are about to be written: an empty one gets lost where projects are copied.

@@ -1,6 +1,7 @@
 //! The columns of a recording in SI units, by the names that models have for them.
 //!
-//! Modes are found in millimetres as well, but a model has metres, and knows a motion of the base by its name.
+//! Modes are found in millimetres as well, but a model has metres, and knows a motion of the base by its
+//! name.
 
 use stillbeam_plant::{BASE_POSITION, SETPOINT};
 
@@ -30,8 +31,8 @@ const UNITS: [(&str, &str, f64); 18] = [
 ];
 
 /// Gives columns of these names to the entries, in SI units and under the names of models, and renames input
-/// and output after them. What is neither motion nor force is left out, for another recording may not have it.
-/// Where all are in SI units already, and where the columns were chosen, nothing changes.
+/// and output after them. What is neither motion nor force is left out, for another recording may not have
+/// it. Where all are in SI units already, and where the columns were chosen, nothing changes.
 pub fn name_in_si(names: &[String], recordings: &mut RecordingsTable) {
     if !recordings.columns.is_empty() {
         return;

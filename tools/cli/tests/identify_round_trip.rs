@@ -67,6 +67,42 @@ fn recordings_together_give_one_model_that_simulates_them_again() {
 }
 
 #[test]
+fn a_machine_that_was_recorded_in_millimetres_has_a_model_in_metres() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let recorded = recording(folder.path(), "a", 25.0, 0.3);
+    let (millimetres, model) = (path("mm.csv"), path("m.toml"));
+    let scaled = ["--column", "ref_mm=setpoint_m*1000", "--column", "tip_mm=tip_deflection_m*1000"];
+    accepted(&[&["convert", &recorded, &millimetres], scaled.as_slice()].concat());
+    let run = stillbeam(&[
+        "identify",
+        &millimetres,
+        "--input",
+        "ref_mm",
+        "--output",
+        "tip_mm",
+        "--modes",
+        "2",
+        "--model-out",
+        &model,
+    ]);
+    assert_eq!(run.code, 0, "{}", run.messages);
+    assert!(run.messages.contains("--column base_position_m=ref_mm*0.001"), "{}", run.messages);
+    let (metres, again) = (path("metres.csv"), path("again.csv"));
+    let read = ["--column", "base_position_m=ref_mm*0.001", "--column", "tip_mm=tip_mm"];
+    accepted(&[&["convert", &millimetres, &metres], read.as_slice()].concat());
+    accepted(&["simulate", &model, "--input", &metres, "--out", &again]);
+    let share = columns_apart(&metres, &again, "tip_mm");
+    assert!(share < 0.01, "{share}");
+    // The motion as it was called would be taken for a force.
+    let text = std::fs::read_to_string(&model).unwrap().replace("base_position_m", "ref_mm");
+    std::fs::write(path("force.toml"), text).unwrap();
+    let refused = stillbeam(&["simulate", &path("force.toml"), "--input", &millimetres]);
+    assert_eq!(refused.code, 2);
+    assert!(refused.messages.contains("base_position_m=ref_mm*0.001"), "{}", refused.messages);
+}
+
+#[test]
 fn the_real_pole_of_a_base_with_friction_travels_with_the_model() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).display().to_string();
@@ -129,9 +165,14 @@ fn noisy(file: &str, rms: f64) -> String {
 
 /// The rms of the difference of two files' tips over the rms of the first.
 fn apart(first: &str, second: &str) -> f64 {
+    columns_apart(first, second, "tip_deflection_m")
+}
+
+/// How far apart two recordings of a column are, as a share of the first.
+fn columns_apart(first: &str, second: &str, column: &str) -> f64 {
     let tip = |file: &str| {
         let text = std::fs::read_to_string(file).unwrap();
-        let at = text.lines().next().unwrap().split(',').position(|name| name == "tip_deflection_m").unwrap();
+        let at = text.lines().next().unwrap().split(',').position(|name| name == column).unwrap();
         let cell = |line: &str| line.split(',').nth(at).unwrap().parse::<f64>().unwrap();
         text.lines().skip(1).map(cell).collect::<Vec<f64>>()
     };

@@ -291,3 +291,22 @@ fn files_that_cannot_be_read_are_named() {
         }
     }
 }
+
+#[test]
+fn a_length_is_no_force_on_modes() {
+    let refused = |column: &str| {
+        let text = with(MODAL, "column = \"base_position_m\"", &format!("column = \"{column}\""));
+        Model::from_toml("m.toml", &text).err().map(|error| error.to_string())
+    };
+    for (column, remedy) in [
+        ("ref_mm", "base_position_m=ref_mm*0.001"),
+        ("encoder_m", "base_position_m=encoder_m"),
+        ("x_um", "*1e-6"),
+    ] {
+        let error = refused(column).unwrap_or_default();
+        assert!(error.contains("is a length") && error.contains(remedy), "{column}: {error}");
+    }
+    for column in ["force_N", "base_acceleration_m_s2", "motor_V", "setpoint_m", "torque_N_m"] {
+        assert_eq!(refused(column), None, "{column}");
+    }
+}

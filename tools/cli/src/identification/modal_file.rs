@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-use stillbeam_identify::IdentifiedModes;
+use stillbeam_identify::{IdentifiedMode, IdentifiedModes};
 use stillbeam_plant::{
     BASE_POSITION, Beside, Input, ModalModel, ModalOutput, Mode, Quantity, RealPole, SETPOINT, Sensor, Setup,
 };
@@ -40,6 +40,15 @@ pub fn modal_file(modes: &IdentifiedModes) -> Result<ModalFile, CliError> {
         remarks.push("a free decay does not show participations: the model has 1 for each".to_owned());
     }
     let mut model = modal_model(modes);
+    if let (Some(column), Some(input)) = (&modes.input, &model.input)
+        && *column != input.column
+    {
+        let factor = metres_in(&unit_of(column)).map_or(String::new(), |(_, factor)| factor.to_owned());
+        remarks.push(format!(
+            "the model calls {column} {}, in metres: `diagnose` and `simulate` read it with --column {}={column}{factor}",
+            input.column, input.column
+        ));
+    }
     if let Some(delay) = modes.delay_s {
         if delay.value > 0.0 {
             let column = modes.output.clone();
@@ -62,7 +71,7 @@ pub fn modal_file(modes: &IdentifiedModes) -> Result<ModalFile, CliError> {
     }
     if let Some(direct) = modes.direct {
         match model.outputs.first().map(|output| output.quantity) {
-            Some(Quantity::Position) => add_static_share(&mut model, direct.value),
+            Some(Quantity::Position) => add_static_share(&mut model, per_metre(modes) * direct.value),
             _ => remarks.push(
                 "the direct share of the input in the output is no position's and not in the model"
                     .to_owned(),
@@ -93,13 +102,21 @@ fn add_static_share(model: &mut ModalModel, compliance: f64) {
 
 fn modal_model(modes: &IdentifiedModes) -> ModalModel {
     let quantity = quantity_of(&modes.output);
-    let input = modes.input.as_ref().map(|column| match unit_of(column).as_str() {
+    let unit = modes.input.as_deref().map(unit_of).unwrap_or_default();
+    let length = metres_in(&unit);
+    let input = modes.input.as_ref().map(|column| match length {
         // Any other position of the base goes by the name that the model format has for it.
-        "m" if column != SETPOINT => Input::new(BASE_POSITION),
+        Some(_) if column != SETPOINT => Input::new(BASE_POSITION),
         // The equation is driven by minus the base's acceleration.
-        "m_s2" => Input { column: column.clone(), gain: -1.0, hold: None, noise_rms: None },
+        None if quantity_of(column) == Quantity::Acceleration => {
+            Input { column: column.clone(), gain: -1.0, hold: None, noise_rms: None }
+        }
         _ => Input::new(column.clone()),
     });
+    let per_metre = per_metre(modes);
+    let participation = |mode: &IdentifiedMode| {
+        mode.participation.map_or(1.0, |participation| per_metre * participation.value)
+    };
     ModalModel {
         modes: modes
             .modes
@@ -107,7 +124,7 @@ fn modal_model(modes: &IdentifiedModes) -> ModalModel {
             .map(|mode| Mode {
                 frequency_hz: mode.frequency_hz.value,
                 damping_ratio: mode.damping_ratio.value,
-                participation: vec![mode.participation.map_or(1.0, |participation| participation.value)],
+                participation: vec![participation(mode)],
             })
             .collect(),
         real_pole: modes.real_pole.map(|real| RealPole {
@@ -135,6 +152,23 @@ pub fn quantity_of(column: &str) -> Quantity {
         "m_s" | "mm_s" | "rad_s" | "deg_s" => Quantity::Velocity,
         "m_s2" | "mm_s2" | "g" | "rad_s2" => Quantity::Acceleration,
         _ => Quantity::Position,
+    }
+}
+
+/// What was found is per unit of the recorded input: a motion of the model's is one in metres.
+fn per_metre(modes: &IdentifiedModes) -> f64 {
+    let unit = modes.input.as_deref().map(unit_of).unwrap_or_default();
+    metres_in(&unit).map_or(1.0, |(metres, _)| 1.0 / metres)
+}
+
+/// Metres in a unit of length, and the factor as `--column` takes it.
+fn metres_in(unit: &str) -> Option<(f64, &'static str)> {
+    match unit {
+        "m" => Some((1.0, "")),
+        "cm" => Some((1e-2, "*0.01")),
+        "mm" => Some((1e-3, "*0.001")),
+        "um" => Some((1e-6, "*1e-6")),
+        _ => None,
     }
 }
 

@@ -42,6 +42,17 @@ pub enum Problem {
         /// The value found.
         value: f64,
     },
+    /// A motion that would be taken for a force.
+    #[error(
+        "{column} is a length and would be taken for a force; a motion of the base is called base_position_m, or setpoint_m \
+         before the drive, and is in metres: read recordings with --column base_position_m={column}{scale}"
+    )]
+    MotionAsForce {
+        /// The input's column.
+        column: String,
+        /// The factor that makes metres of it, as the option takes it.
+        scale: &'static str,
+    },
     /// Only underdamped modes vibrate.
     #[error(
         "damping ratio {value} of mode {mode} is outside 0 <= zeta < 1; a lightly damped beam has about 0.005"

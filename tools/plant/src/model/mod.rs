@@ -8,6 +8,8 @@ mod lumped;
 mod modal;
 mod setup;
 
+use stillbeam_recording::Column;
+
 pub use crate::matrices::MatricesProblem;
 use crate::simulate::Hold;
 pub(crate) use beam_on_base::invalid_mode_count;
@@ -51,6 +53,10 @@ impl Input {
         self.column == BASE_POSITION || self.column == SETPOINT
     }
 }
+
+/// Units of length, and the factor that makes metres of them.
+const LENGTHS: [(&str, &str); 5] =
+    [("m", ""), ("cm", "*0.01"), ("mm", "*0.001"), ("um", "*1e-6"), ("nm", "*1e-9")];
 
 /// A model of any kind.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +102,23 @@ impl Model {
             Self::Lumped(model) => model.check(),
         }?;
         self.check_fixed()?;
+        self.check_input()?;
         crate::catalogue::check(self)
+    }
+
+    /// Checks that no motion is taken for a force. What pushes a body of a lumped model may be in any unit: the
+    /// model has a gain.
+    fn check_input(&self) -> Result<(), InvalidParameter> {
+        let Some(input) = self.input().filter(|input| !input.is_motion()) else { return Ok(()) };
+        let column = Column { name: input.column.clone(), samples: Vec::new() };
+        let length = LENGTHS.iter().find(|(name, _)| *name == column.unit());
+        match length {
+            Some((_, scale)) if !matches!(self, Self::Lumped(_)) => {
+                let problem = Problem::MotionAsForce { column: input.column.clone(), scale };
+                Err(InvalidParameter::new("input.column", problem))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Checks that `[fixed]` names numbers of the model, or what several of them lie below.

@@ -106,8 +106,8 @@ impl Model {
         crate::catalogue::check(self)
     }
 
-    /// Checks that no motion is taken for a force. What pushes a body of a lumped model may be in any unit: the
-    /// model has a gain.
+    /// Checks that no motion is taken for a force. What pushes a body of a lumped model may be in any unit:
+    /// the model has a gain.
     fn check_input(&self) -> Result<(), InvalidParameter> {
         let Some(input) = self.input().filter(|input| !input.is_motion()) else { return Ok(()) };
         let column = Column { name: input.column.clone(), samples: Vec::new() };

@@ -38,6 +38,14 @@ pub enum Style {
     Stems,
 }
 
+/// A curve as it is drawn.
+struct Curve<'c> {
+    /// Which of the chart's.
+    number: usize,
+    series: &'c Series,
+    colour: &'static str,
+}
+
 /// A chart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
@@ -109,9 +117,10 @@ impl Chart {
         // Writing to a string does not fail.
         let _written = write!(
             svg,
-            "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" font-family=\"system-ui, sans-serif\" font-size=\"12\">\
+            "<svg class=\"chart\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\" {} font-family=\"system-ui, sans-serif\" font-size=\"12\">\
              <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"#ffffff\"/>",
-            escape(&self.title)
+            escape(&self.title),
+            frame.described(self)
         );
         text(
             &mut svg,
@@ -120,23 +129,31 @@ impl Chart {
             "font-weight=\"600\" font-size=\"13\" fill=\"#1a1f24\"",
             &self.title,
         );
-        frame.areas(&mut svg, &self.areas, self.log_y);
         frame.axes(&mut svg, self);
-        for (series, colour) in self.coloured() {
+        svg.push_str("<g class=\"plot\">");
+        frame.areas(&mut svg, &self.areas, self.log_y);
+        for Curve { number, series, colour } in self.curves() {
+            let label = escape(&series.label);
+            let _written = write!(svg, "<g class=\"curve\" data-number=\"{number}\" data-label=\"{label}\">");
             frame.draw(&mut svg, series, colour, self.log_y);
+            svg.push_str("</g>");
         }
         frame.marks(&mut svg, &self.marks);
         frame.notes(&mut svg, &self.notes, self.log_y);
+        svg.push_str("</g>");
         legend::draw(&mut svg, self);
         svg.push_str("</svg>");
         svg
     }
 
-    fn coloured(&self) -> impl Iterator<Item = (&Series, &'static str)> {
+    fn curves(&self) -> impl Iterator<Item = Curve<'_>> {
         let mut colours = PALETTE.iter().copied().cycle();
-        self.series.iter().map(move |series| match series.style {
-            Style::Reference => (series, GREY),
-            _ => (series, colours.next().unwrap_or(GREY)),
+        self.series.iter().enumerate().map(move |(number, series)| {
+            let colour = match series.style {
+                Style::Reference => GREY,
+                _ => colours.next().unwrap_or(GREY),
+            };
+            Curve { number, series, colour }
         })
     }
 }

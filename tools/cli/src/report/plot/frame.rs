@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::legend;
-use super::svg::{BOTTOM, CHARACTER, LEFT, LEGEND_ROW, RIGHT, TITLE, WIDTH, line, stroke, text};
+use super::svg::{BOTTOM, CHARACTER, LEFT, LEGEND_ROW, RIGHT, TITLE, WIDTH, escape, line, stroke, text};
 use super::thinning::thinned;
 use super::ticks;
 use super::{Chart, Series, Style};
@@ -49,9 +49,25 @@ impl Frame {
         self.bottom - (y - self.y.0) / (self.y.1 - self.y.0) * (self.bottom - self.top)
     }
 
+    /// Where the axes are and what they show, for whoever reads values off the picture.
+    pub(super) fn described(&self, chart: &Chart) -> String {
+        let (right, top, bottom) = (WIDTH - RIGHT, self.top, self.bottom);
+        let along = chart.x_label.split(" (").next().unwrap_or_default();
+        format!(
+            "data-frame=\"{LEFT} {top} {right} {bottom}\" data-x=\"{} {}\" data-y=\"{} {}\" data-log=\"{}\" data-along=\"{}\"",
+            self.x.0,
+            self.x.1,
+            self.y.0,
+            self.y.1,
+            chart.log_y,
+            escape(along)
+        )
+    }
+
     pub(super) fn axes(&self, svg: &mut String, chart: &Chart) {
         let (right, top, bottom) = (WIDTH - RIGHT, self.top, self.bottom);
         let fill = "fill=\"#3d4650\"";
+        svg.push_str("<g class=\"ticks\">");
         let y_ticks = if chart.log_y {
             ticks::logarithmic(self.y.0, self.y.1)
         } else {
@@ -67,6 +83,7 @@ impl Frame {
             line(svg, (x, top), (x, bottom), "#eef1f4", 1.0);
             text(svg, (x, bottom + 17.0), "middle", fill, &label);
         }
+        svg.push_str("</g>");
         let _written = write!(
             svg,
             "<rect x=\"{LEFT}\" y=\"{top}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"none\" stroke=\"#8b949e\"/>",

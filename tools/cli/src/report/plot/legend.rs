@@ -3,9 +3,7 @@
 use std::fmt::Write;
 
 use super::svg::{CHARACTER, LEFT, LEGEND_ROW, RIGHT, TITLE_CHARACTER, WIDTH, stroke, text};
-use super::{Chart, Series, Style};
-
-type Entry<'c> = (&'c Series, &'static str);
+use super::{Chart, Curve, Style};
 
 /// Rows below the title's own.
 pub(super) fn rows_below_title(chart: &Chart) -> usize {
@@ -21,8 +19,8 @@ pub(super) fn draw(svg: &mut String, chart: &Chart) {
 
 /// The first row is the title's and holds what fits beside it, all or nothing. A single curve needs no
 /// legend.
-fn rows(chart: &Chart) -> Vec<Vec<Entry<'_>>> {
-    let entries: Vec<_> = chart.coloured().filter(|(series, _)| !series.label.is_empty()).collect();
+fn rows(chart: &Chart) -> Vec<Vec<Curve<'_>>> {
+    let entries: Vec<_> = chart.curves().filter(|curve| !curve.series.label.is_empty()).collect();
     if entries.len() < 2 {
         return Vec::new();
     }
@@ -48,15 +46,16 @@ fn rows(chart: &Chart) -> Vec<Vec<Entry<'_>>> {
     rows
 }
 
-fn entry_width((series, _): &Entry<'_>) -> f64 {
-    40.0 + CHARACTER * series.label.chars().count() as f64
+fn entry_width(entry: &Curve<'_>) -> f64 {
+    40.0 + CHARACTER * entry.series.label.chars().count() as f64
 }
 
 /// Draws entries flush with the right end of the axes.
-fn draw_row(svg: &mut String, entries: &[Entry<'_>], y: f64) {
+fn draw_row(svg: &mut String, entries: &[Curve<'_>], y: f64) {
     let mut x = WIDTH - RIGHT - entries.iter().map(entry_width).sum::<f64>();
     for entry in entries {
-        let (series, colour) = entry;
+        let Curve { number, series, colour } = entry;
+        let _written = write!(svg, "<g class=\"key\" data-number=\"{number}\">");
         let (stroke_width, dash) = stroke(series.style);
         if series.style == Style::Dots {
             let _written =
@@ -69,6 +68,7 @@ fn draw_row(svg: &mut String, entries: &[Entry<'_>], y: f64) {
             );
         }
         text(svg, (x + 27.0, y + 4.0), "start", "fill=\"#1a1f24\"", &series.label);
+        svg.push_str("</g>");
         x += entry_width(entry);
     }
 }

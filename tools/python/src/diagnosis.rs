@@ -1,6 +1,7 @@
 //! The physics that a model left out.
 
 use pyo3::{FromPyObject, Py, PyAny, PyResult, Python, pyfunction};
+use stillbeam::error::CliError;
 use stillbeam::report::diagnose_page::diagnose_page;
 use stillbeam::shaping::MachineLimits;
 use stillbeam::streams::to_json;
@@ -17,23 +18,30 @@ use crate::work;
 pub struct Settings {
     open_loop: bool,
     most_amplitude: Option<f64>,
-    limits: Option<(f64, f64)>,
+    velocity_m_s: Option<f64>,
+    acceleration_m_s2: Option<f64>,
+    travel_m: Option<(f64, f64)>,
     time_limit_s: Option<f64>,
     processor_limit_s: Option<f64>,
 }
 
 impl Settings {
-    fn options(&self) -> Options {
-        let limits =
-            self.limits.map_or_else(MachineLimits::default, |(velocity_mm_s, acceleration_mm_s2)| {
-                MachineLimits { velocity_mm_s, acceleration_mm_s2 }
-            });
+    fn options(&self) -> Result<Options, CliError> {
+        let board = MachineLimits::default();
+        let or = |given_m: Option<f64>, board_mm: f64| given_m.map_or(board_mm, |given| 1e3 * given);
+        let (velocity_mm_s, acceleration_mm_s2) = (
+            or(self.velocity_m_s, board.velocity_mm_s),
+            or(self.acceleration_m_s2, board.acceleration_mm_s2),
+        );
+        // Read as the command line is, which refuses what is no limit.
+        let limits: MachineLimits = format!("{velocity_mm_s},{acceleration_mm_s2}").parse()?;
+        let travel = self.travel_m.map(|(from_m, to_m)| format!("{},{}", 1e3 * from_m, 1e3 * to_m).parse());
         let mut options = Options::default();
         options.most_amplitude = self.most_amplitude;
-        options.limits = Some(limits.of_an_excitation());
+        options.limits = Some(limits.of_an_excitation(travel.transpose()?));
         options.time_limit_s = self.time_limit_s;
         options.processor_limit_s = self.processor_limit_s;
-        options
+        Ok(options)
     }
 }
 
@@ -64,8 +72,8 @@ pub fn diagnose(
                     Python::attach(|py| told.call1(py, (progress.done, &progress.step)).map(|_| ()));
             }
         };
-        let found =
-            stillbeam_diagnose::diagnose(&model, &recordings, &held_out, &settings.options(), &mut tell)?;
+        let options = settings.options()?;
+        let found = stillbeam_diagnose::diagnose(&model, &recordings, &held_out, &options, &mut tell)?;
         let written = |found: &Model| {
             let mut model = found.clone();
             model.setup_mut().controller.clone_from(&controller);

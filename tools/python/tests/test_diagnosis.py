@@ -80,3 +80,11 @@ def test_ctrl_c_gives_control_back_at_once(slider, pushed_slider):
 def test_a_model_that_is_none_says_where(pushed_slider):
     with pytest.raises(InputError, match=r"mine\.toml.*kind"):
         stillbeam.diagnose(Model("schema = 1\nkind = 'beem'\n", "mine.toml"), pushed_slider(1, duration_s=2.0))
+
+
+def test_limits_that_are_none_are_refused(slider, pushed_slider):
+    recorded = pushed_slider(1, duration_s=4.0)
+    with pytest.raises(InputError, match="above 0"):
+        stillbeam.diagnose(slider, recorded, velocity_m_s=-0.1)
+    with pytest.raises(InputError, match="travel"):
+        stillbeam.diagnose(slider, recorded, travel_m=(0.1, -0.1))

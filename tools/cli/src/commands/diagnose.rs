@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use stillbeam_diagnose::{Diagnosis, Options, ParameterChange, Progress, Verdict, controls, diagnose};
-use stillbeam_plant::Model;
+use stillbeam_plant::{Controller, Model};
 use stillbeam_recording::Recording;
 
 use crate::error::CliError;
@@ -90,11 +90,6 @@ impl DiagnoseArgs {
         if self.open_loop {
             model.setup_mut().controller = None;
         }
-        let written = |found: &Model| {
-            let mut model = found.clone();
-            model.setup_mut().controller.clone_from(&controller);
-            model.to_toml()
-        };
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Recording>, CliError> {
             paths.iter().map(|path| self.reading.read(path, streams)).collect()
         };
@@ -116,11 +111,26 @@ impl DiagnoseArgs {
         if !json_on_stdout(self.json.as_deref()) {
             print_summary(streams, &found)?;
         }
+        self.write(&found, controller.as_ref(), streams)
+    }
+
+    /// Writes the files that were asked for; a model with the controller that it came with.
+    fn write(
+        &self,
+        found: &Diagnosis,
+        controller: Option<&Controller>,
+        streams: &mut Streams<'_>,
+    ) -> Result<(), CliError> {
+        let written = |found: &Model| {
+            let mut model = found.clone();
+            model.setup_mut().controller = controller.cloned();
+            model.to_toml()
+        };
         if let Some(file) = &self.json {
-            streams.write_json(file, &found)?;
+            streams.write_json(file, found)?;
         }
         if let Some(file) = &self.report {
-            streams.write_text(file, &diagnose_page(&found))?;
+            streams.write_text(file, &diagnose_page(found))?;
         }
         if let Some(file) = &self.refitted_model {
             streams.write_text(file, &written(&found.refitted_model)?)?;

@@ -122,7 +122,9 @@ def diagnose(
     processor_limit_s: float | None = None,
     open_loop: bool = False,
     most_amplitude: float | None = None,
-    limits: tuple[float, float] | None = None,
+    velocity_m_s: float | None = None,
+    acceleration_m_s2: float | None = None,
+    travel_m: tuple[float, float] | None = None,
     progress: Callable[[float, str], object] | None = None,
 ) -> Diagnosis:
     """Where a model and recordings differ, and which physics was left out.
@@ -142,9 +144,12 @@ def diagnose(
         Begin no further search after this many seconds, by the clock or of processor time.
     open_loop
         Take the recorded input as it is, even if the model has a controller and the recordings its reference.
-    most_amplitude, limits
-        For the run proposed next: the largest amplitude in the unit of the model's input, and the machine's
-        velocity in mm/s and acceleration in mm/s².
+    most_amplitude
+        For the run proposed next, the largest amplitude, in the unit of the model's input; by default three
+        times the largest recorded.
+    velocity_m_s, acceleration_m_s2, travel_m
+        What the machine allows in that run: velocity, acceleration, and both ends of the travel; by default
+        the board's own settings as they come.
     progress
         Called with what share is done, 0 to 1, and what is being done.
 
@@ -157,7 +162,9 @@ def diagnose(
     settings = {
         "open_loop": open_loop,
         "most_amplitude": most_amplitude,
-        "limits": limits,
+        "velocity_m_s": velocity_m_s,
+        "acceleration_m_s2": acceleration_m_s2,
+        "travel_m": travel_m,
         "time_limit_s": time_limit_s,
         "processor_limit_s": processor_limit_s,
     }

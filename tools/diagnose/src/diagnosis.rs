@@ -51,6 +51,7 @@ pub fn diagnose(
     progress: &mut dyn FnMut(&Progress),
 ) -> Result<Diagnosis, DiagnoseError> {
     let started = Instant::now();
+    check_asked(recordings, held_out, options)?;
     let patience = Patience::new(options);
     let mut meter = Meter::new(progress);
     let found = diagnosed((model, recordings, held_out), options, patience, &mut meter)?;
@@ -67,6 +68,25 @@ pub fn diagnose(
         found
     };
     Ok(Diagnosis { seconds: started.elapsed().as_secs_f64(), cost: meter.end(), ..found })
+}
+
+/// Refuses what would give an answer to another question.
+fn check_asked(
+    recordings: &[Recording],
+    held_out: &[Recording],
+    options: &Options,
+) -> Result<(), DiagnoseError> {
+    let mut limits = options.time_limit_s.into_iter().chain(options.processor_limit_s);
+    if let Some(seconds) = limits.find(|seconds| !seconds.is_finite() || *seconds < 0.0) {
+        return Err(DiagnoseError::Limit { seconds });
+    }
+    let is_trained_on = |judging: &&Recording| {
+        recordings.iter().any(|it| it.time_s == judging.time_s && it.columns == judging.columns)
+    };
+    match held_out.iter().find(is_trained_on) {
+        Some(judging) => Err(DiagnoseError::BothRoles { recording: judging.name.clone() }),
+        None => Ok(()),
+    }
 }
 
 /// Share of the work done when the last step begins.

@@ -93,6 +93,21 @@ pub enum DiagnoseError {
         "no training recording is left; every recording given says role = \"held_out\", give one to train on"
     )]
     NoTraining,
+    /// What was trained on cannot judge.
+    #[error(
+        "{recording} is both trained on and held out; a recording that was trained on says nothing about what the model has \
+         not seen: leave it out of one list"
+    )]
+    BothRoles {
+        /// The recording's name.
+        recording: String,
+    },
+    /// A limit that is none.
+    #[error("a limit of {seconds} s; give a number of seconds, 0 or more")]
+    Limit {
+        /// What was asked for.
+        seconds: f64,
+    },
     /// The model cannot be simulated over a recording.
     #[error("{recording}: {source}")]
     Simulation {

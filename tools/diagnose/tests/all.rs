@@ -1,5 +1,6 @@
 //! What a diagnosis promises, one file per subject. One program, which is linked once.
 
+mod asked;
 mod broadband_input;
 mod closed_loop;
 mod compared;

@@ -46,15 +46,25 @@ impl Board {
             // Nobody listens after Ctrl-C.
             let _nobody = send.send(work(session));
         });
-        let sent = match self.jobs.lock() {
-            Ok(jobs) => jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok()),
-            Err(_) => false,
-        };
-        if !sent {
+        if !self.send(job) {
             return Err(closed(&self.target));
         }
-        let stop = || self.stop.store(true, Ordering::SeqCst);
-        work::wait(py, answer, stop)?.map_err(exception)
+        work::wait(py, answer, || self.stop_now())?.map_err(exception)
+    }
+
+    /// Whether the board's thread is there to do it.
+    fn send(&self, job: Job) -> bool {
+        self.jobs.lock().is_ok_and(|jobs| jobs.as_ref().is_some_and(|jobs| jobs.send(job).is_ok()))
+    }
+
+    /// Stops the machine: at once where something is being done, which ends with it; and again after that,
+    /// for it may just have been done.
+    fn stop_now(&self) {
+        self.stop.store(true, Ordering::SeqCst);
+        self.send(Box::new(|session| {
+            // There is nobody to tell.
+            let _nobody = session.command("stop");
+        }));
     }
 }
 
@@ -99,8 +109,8 @@ impl Board {
 
     /// The lines of a reply, and its last line.
     fn command(&self, py: Python<'_>, line: &str) -> PyResult<(Vec<String>, String)> {
-        if line.trim().is_empty() || line.contains(char::is_control) {
-            return Err(unusable(format!("command {line:?}: give one line of text")));
+        if line.trim().is_empty() || line.contains(char::is_control) || !line.is_ascii() {
+            return Err(unusable(format!("command {line:?}: give one line of ASCII text")));
         }
         let line = line.trim().to_owned();
         self.run(py, move |session| {
@@ -166,6 +176,11 @@ impl Board {
             Ok((recording(&motion, &motion, &streamed), lost, streamed.faults))
         })?;
         Ok((taken(py, recording), lost, faults))
+    }
+
+    /// Stops the machine without waiting for it.
+    fn interrupt(&self) {
+        self.stop_now();
     }
 
     /// Ends the conversation; the drive is left as it is.

@@ -67,9 +67,12 @@ pub fn diagnose(
         }
         let mut tell = |progress: &Progress| {
             if let Some(told) = &told {
-                // What a caller's function raises is no reason to give up a diagnosis.
-                let _ignored =
-                    Python::attach(|py| told.call1(py, (progress.done, &progress.step)).map(|_| ()));
+                // What a caller's function raises is reported, and no reason to give up a diagnosis.
+                Python::attach(|py| {
+                    if let Err(raised) = told.call1(py, (progress.done, &progress.step)) {
+                        raised.write_unraisable(py, Some(told.bind(py)));
+                    }
+                });
             }
         };
         let options = settings.options()?;

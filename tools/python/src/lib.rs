@@ -44,5 +44,5 @@ mod _stillbeam {
     #[pymodule_export]
     use super::shaping::{convolve, shape};
     #[pymodule_export]
-    use super::simulation::{simulate, simulate_command};
+    use super::simulation::{check_model, simulate, simulate_command};
 }

@@ -7,6 +7,7 @@ use stillbeam::simulation::{Simulated, Simulation};
 use stillbeam_plant::Model;
 use stillbeam_shape::ShaperDesign;
 
+use crate::failures::exception;
 use crate::recordings::{GivenRecording, TakenRecording, taken};
 use crate::work;
 
@@ -41,6 +42,12 @@ impl Setup {
             noise_seed: self.noise_seed,
         })
     }
+}
+
+/// Refuses a model that no command would take.
+#[pyfunction]
+pub fn check_model(model: (String, String)) -> PyResult<()> {
+    Model::from_toml(&model.0, &model.1).map(|_| ()).map_err(exception)
 }
 
 /// Numbers of a move: ticks per second, settling time in seconds, overshoot in percent, the tip's residual

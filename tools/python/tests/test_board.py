@@ -1,5 +1,9 @@
 """The firmware's core behind the console."""
 
+import os
+import signal
+import threading
+
 import numpy as np
 import pytest
 
@@ -31,7 +35,34 @@ def test_a_block_leaves_the_drive_as_it_found_it():
         raise RuntimeError("something else went wrong")
     with pytest.raises(InputError, match="closed"):
         inner.drive_state()
+    assert not board._is_open
     assert not board._enabled_here
+
+
+def test_ctrl_c_at_whatever_moment_of_a_move_stops_the_machine():
+    for delay_s in (0.0, 0.003, 0.011, 0.02, 0.035):
+        with Board("core") as board:
+            board.enable()
+            board.command("set move.velocity_mm_s 20")
+            board.command("apply")
+            timer = threading.Timer(delay_s, os.kill, (os.getpid(), signal.SIGINT))
+            with pytest.raises(KeyboardInterrupt):
+                timer.start()
+                while True:
+                    board.move(0.1)
+                    board.move(0.0)
+            assert board.command("status")["state"] in ("stopping", "rest")
+            assert board.wait() == board.wait()
+
+
+def test_closing_disables_what_was_enabled_here_and_twice_is_once():
+    with Board("core") as board:
+        board.enable()
+        board.close()
+        board.close()
+    assert not board._enabled_here
+    with pytest.raises(InputError, match="closed"), board:
+        pass
 
 
 def test_the_board_runs_the_shaper_that_was_designed():
@@ -59,8 +90,9 @@ def test_a_refusal_is_the_boards_own():
     with Board("core") as board:
         with pytest.raises(InputError, match="no-such-command"):
             board.command("no-such-command")
-        with pytest.raises(InputError, match="one line"):
-            board.command("status\nenable")
+        for line in ("status\nenable", "µ", " "):
+            with pytest.raises(InputError, match="one line"):
+                board.command(line)
 
 
 def test_a_port_that_is_not_there_is_named():

@@ -77,9 +77,36 @@ def test_ctrl_c_gives_control_back_at_once(slider, pushed_slider):
     assert time.perf_counter() - began < 5.0
 
 
-def test_a_model_that_is_none_says_where(pushed_slider):
+def test_a_model_that_is_none_says_where():
     with pytest.raises(InputError, match=r"mine\.toml.*kind"):
-        stillbeam.diagnose(Model("schema = 1\nkind = 'beem'\n", "mine.toml"), pushed_slider(1, duration_s=2.0))
+        Model("schema = 1\nkind = 'beem'\n", "mine.toml")
+    with pytest.raises(InputError, match="Model.read"):
+        Model("mine.toml")
+    with pytest.raises(TypeError, match="Model.read"):
+        Model(None)
+
+
+def test_what_was_not_looked_for_is_noted(slider, pushed_slider):
+    recorded = [pushed_slider(seed, friction_N=0.8) for seed in (1, 2)]
+    found = stillbeam.diagnose(slider, recorded, time_limit_s=0.01)
+    assert any("ended" in note for note in found.notes)
+    assert found.notes[0] in found._repr_html_() and "note" in repr(found)
+
+
+def test_what_was_trained_on_does_not_judge(slider, pushed_slider):
+    recorded = pushed_slider(1, duration_s=4.0)
+    with pytest.raises(InputError, match="both trained on and held out"):
+        stillbeam.diagnose(slider, recorded, recorded)
+    with pytest.raises(InputError, match="limit"):
+        stillbeam.diagnose(slider, recorded, time_limit_s=-1.0)
+
+
+def test_a_progress_that_raises_is_reported_and_ends_nothing(slider, pushed_slider, monkeypatch):
+    reported = []
+    monkeypatch.setattr("sys.unraisablehook", reported.append)
+    found = stillbeam.diagnose(slider, [pushed_slider(1), pushed_slider(2)], progress=lambda *_: 1 / 0)
+    assert found.verdict == "adequate"
+    assert any(isinstance(one.exc_value, ZeroDivisionError) for one in reported)
 
 
 def test_limits_that_are_none_are_refused(slider, pushed_slider):

@@ -1,6 +1,7 @@
 """Modes, against signals whose modes are known."""
 
 import json
+import pickle
 
 import control
 import numpy as np
@@ -77,8 +78,37 @@ def test_a_word_that_is_none_lists_those_there_are(ringing):
         stillbeam.identify(ringing[0], input_kind="push")
     with pytest.raises(InputError, match="input and sweep"):
         stillbeam.identify(ringing[0], input="a_m", sweep="1,20,30s")
-    with pytest.raises(TypeError, match="sample_rate_hz"):
+    with pytest.raises(TypeError, match="rate"):
         stillbeam.identify(ringing[0], rate=100.0)
+
+
+def test_an_estimate_computes_as_its_number_and_keeps_its_error(ringing):
+    frequency_hz = stillbeam.identify(ringing[0])[0].frequency_hz
+    assert 2.0 * frequency_hz == pytest.approx(2.2, rel=1e-3) and f"{frequency_hz:.2f}" == "1.10"
+    back = pickle.loads(pickle.dumps(frequency_hz))
+    assert (back, back.stderr) == (frequency_hz, frequency_hz.stderr) and back.stderr > 0.0
+    assert "±" in str(frequency_hz)
+
+
+def test_recordings_without_a_common_mode_say_so(ringing):
+    time_s = np.arange(0.0, 20.0, 0.005)
+    other = np.exp(-0.5 * time_s) * np.cos(2.0 * np.pi * 9.4 * time_s)
+    other += 1e-3 * np.random.default_rng(3).standard_normal(len(time_s))
+    found = stillbeam.identify([ringing[0], Recording(time_s, {"tip_deflection_m": other})])
+    assert len(found) == 0 and any("common" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("given", [{"tip_m": np.zeros(9)}, [np.zeros(9)], [3]])
+def test_what_is_no_recording_says_how_to_make_one(given):
+    with pytest.raises(TypeError, match="Recording"):
+        stillbeam.identify(given)
+
+
+def test_options_that_say_nothing_are_refused(ringing):
+    with pytest.raises(TypeError, match="separator"):
+        stillbeam.identify(ringing[0], separator="tab")
+    with pytest.raises(InputError, match="at least one"):
+        stillbeam.identify([])
 
 
 def test_it_shows_its_modes(ringing):

@@ -1,5 +1,7 @@
 """Recordings: in and out of files, data frames and datasets, and what is refused."""
 
+import pickle
+
 import numpy as np
 import pandas
 import pytest
@@ -105,5 +107,40 @@ def test_it_shows_its_columns(recording):
 
 
 def test_a_frame_of_whatever_order_keeps_its_names():
-    frame = pandas.DataFrame({"b_N": np.zeros(8), "a_m": np.ones(8)}, index=np.arange(8.0))
+    frame = pandas.DataFrame({"b_N": np.zeros(8), "time_s": np.arange(8.0), "a_m": np.ones(8)})
     assert list(Recording.from_pandas(frame)) == ["b_N", "a_m"]
+
+
+@pytest.mark.parametrize("zone", [None, "Europe/Berlin"])
+def test_dates_are_seconds_from_the_first(zone):
+    dates = pandas.date_range("2025-01-01", periods=200, freq="5ms", tz=zone)
+    assert Recording.from_pandas(pandas.DataFrame({"tip_m": np.zeros(200)}, index=dates)).rate_hz == pytest.approx(200.0)
+    differences = np.arange(9) * np.timedelta64(5, "ms")
+    np.testing.assert_allclose(Recording(differences, {"tip_m": np.zeros(9)}).time_s, 0.005 * np.arange(9))
+
+
+@pytest.mark.parametrize("index", [None, pandas.Index(np.arange(9), name="time_ms")])
+def test_a_frame_that_does_not_say_when_is_refused(index):
+    frame = pandas.DataFrame({"time_ms": np.arange(9.0), "tip_m": np.zeros(9)}, index=index)
+    with pytest.raises(InputError, match="time_s"):
+        Recording.from_pandas(frame)
+
+
+def test_masked_values_are_missing_and_what_is_no_number_is_refused():
+    masked = np.ma.array(np.arange(9.0), mask=[1] + 8 * [0])
+    assert np.isnan(Recording(np.arange(9.0), {"tip_m": masked})["tip_m"][0])
+    for samples in (np.zeros(9, dtype=complex), np.zeros(9, dtype="timedelta64[s]"), ["x"] * 9):
+        with pytest.raises(TypeError, match="real numbers"):
+            Recording(np.arange(9.0), {"tip_m": samples})
+
+
+def test_a_recording_is_a_copy_that_nobody_changes(recording):
+    mine = np.zeros(9)
+    made = Recording(np.arange(9.0), {"tip_m": mine})
+    mine[:] = 1.0
+    assert made["tip_m"].max() == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        made.time_s[0] = 5.0
+    assert recording == recording and recording != made and len({recording, made}) == 2
+    back = pickle.loads(pickle.dumps(recording))
+    np.testing.assert_array_equal(back["position_m"], recording["position_m"])

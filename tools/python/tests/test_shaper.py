@@ -88,6 +88,37 @@ def test_identified_modes_have_at_least_the_floor_as_their_box(ringing):
     assert len(stillbeam.shape(found, use=[2]).stages) == 1
 
 
+def test_some_of_the_identified_modes_are_shaped_with_their_boxes(ringing):
+    found = stillbeam.identify(ringing[0])
+    of_second = stillbeam.shape(found, use=2)
+    assert stillbeam.shape(found[1:]).crc32 == of_second.crc32 == stillbeam.shape(found[1]).crc32
+    assert stillbeam.shape(list(found)).crc32 == stillbeam.shape(found).crc32
+
+
+def test_an_option_that_says_nothing_is_refused(ringing):
+    found = stillbeam.identify(ringing[0])
+    for modes, options, words in [
+        (found, {"box": "20%"}, "box_floor"),
+        ([(1.1, 0.01)], {"box_floor": "20%"}, "identified"),
+        ([(1.1, 0.01)], {"use": 1}, "identified"),
+        ([(1.1, 0.01)], {"box": "0.2"}, "percentages"),
+        ([(1.1, 0.01)], {"box": 0.2}, "percentages"),
+        ([(1.1, 0.01)], {"type": "zv", "tolerance": 0.02}, "leave type or tolerance out"),
+    ]:
+        with pytest.raises(InputError, match=words):
+            stillbeam.shape(modes, **options)
+    with pytest.raises(TypeError, match="frequency_hz, damping_ratio"):
+        stillbeam.shape(ringing[0])
+
+
+def test_what_is_no_table_or_shaper_says_so(tmp_path, paper_beam):
+    (tmp_path / "r.csv").write_text("time_s,force_N\n")
+    with pytest.raises(InputError, match="no table"):
+        Shaper.read(tmp_path / "r.csv")
+    with pytest.raises(TypeError, match="no shaper"):
+        stillbeam.simulate_move(paper_beam, "move 50mm", shaper="zvd")
+
+
 def test_a_table_is_read_back(tmp_path):
     shaper = stillbeam.shape([(1.1, 0.0074)])
     shaper.save(tmp_path / "table.json")

@@ -38,7 +38,8 @@ DARK_CHARTS}
 @media print { figure, table { break-inside: avoid; } }
 ";
 
-/// What the charts' colours become on a dark ground: ground, ink, labels, grid, frame, areas, then the curves.
+/// What the colours of charts become on a dark ground: ground, ink, labels, grid, frame, areas, then the
+/// curves.
 const ON_DARK: [(&str, &str); 16] = [
     ("#ffffff", "#14181c"),
     ("#1a1f24", "#e6eaee"),

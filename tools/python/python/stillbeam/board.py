@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from types import TracebackType
 
 from . import _stillbeam
 from .recording import Recording
-from .shaper import Shaper
+from .shaper import Shaper, table_of
 
 
 @dataclass(frozen=True)
@@ -34,8 +35,9 @@ class Reply:
 class Board:
     """A conversation with a board's console.
 
-    Nothing moves before :meth:`enable`. Ctrl-C brings the machine to a controlled stop. In a ``with`` block
-    the drive is disabled at the end if it was enabled within, whatever happened.
+    Nothing moves before :meth:`enable`. Ctrl-C during a call of this class brings the machine to a controlled
+    stop. A drive that was enabled here is disabled by :meth:`close` and at the end of a ``with`` block,
+    whatever happened; use one, so that Ctrl-C between calls ends in a stop as well.
 
     Parameters
     ----------
@@ -49,10 +51,11 @@ class Board:
         A port that cannot be opened, or nobody who answers.
     """
 
-    def __init__(self, port: str) -> None:
-        self.port = port
-        self._board = _stillbeam.Board(port)
+    def __init__(self, port: str | os.PathLike[str]) -> None:
+        self.port = os.fspath(port)
+        self._board = _stillbeam.Board(os.fspath(port))
         self._enabled_here = False
+        self._is_open = True
 
     def command(self, line: str) -> Reply:
         """Sends one line of the console and waits for the end of its reply.
@@ -100,8 +103,13 @@ class Board:
         float
             The position, metres.
         """
-        self.command(f"move {1e3 * position_m!r}")
-        return self.wait()
+        try:
+            self.command(f"move {1e3 * float(position_m)!r}")
+            return self.wait()
+        except KeyboardInterrupt:
+            # It may have come between the two.
+            self._board.interrupt()
+            raise
 
     def record(self, motion: str, *, decimation: int | None = None, after_s: float = 2.0) -> Recording:
         """Runs a motion and takes what the board streams.
@@ -140,13 +148,22 @@ class Board:
         str
             The CRC-32 of what the board runs, which is the shaper's.
         """
-        return self._board.upload(shaper._table, save)
+        return self._board.upload(table_of(shaper), save)
 
     def close(self) -> None:
-        """Ends the conversation; the drive is left as it is."""
-        self._board.close()
+        """Disables the drive if it was enabled here, and ends the conversation."""
+        if not self._is_open:
+            return
+        try:
+            if self._enabled_here:
+                self.disable()
+        finally:
+            self._is_open = False
+            self._board.close()
 
     def __enter__(self) -> Board:
+        if not self._is_open:
+            raise _stillbeam.InputError(f"the line to {self.port} was closed; make a new Board")
         return self
 
     def __exit__(
@@ -155,11 +172,7 @@ class Board:
         raised: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        try:
-            if self._enabled_here:
-                self.disable()
-        finally:
-            self.close()
+        self.close()
 
     def __repr__(self) -> str:
         return f"Board({self.port!r})"

@@ -54,7 +54,7 @@ class ParameterChange:
     stderr: float | None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Diagnosis:
     """Where a model and recordings differ, and why."""
 
@@ -65,6 +65,10 @@ class Diagnosis:
     effects: tuple[Effect, ...]
     """Physics that was left out, in order of importance."""
     parameter_changes: tuple[ParameterChange, ...]
+    notes: tuple[str, ...]
+    """What the answer rests on and does not: what was not looked for, what judged it."""
+    next_experiment: str | None
+    """The run that would tell more, in the console's words or in prose."""
     refitted_model: Model
     """The given model with its own parameters refitted."""
     extended_model: Model | None
@@ -106,11 +110,13 @@ class Diagnosis:
             f"{change.path}: {with_error(change.to, change.stderr)} instead of {change.from_:.6g}"
             for change in self.parameter_changes
         ]
-        return table + html_list([self.sentence, *changed])
+        following = [] if self.next_experiment is None else [f"Next: {self.next_experiment}"]
+        return table + html_list([self.sentence, *changed, *self.notes, *following])
 
     def __repr__(self) -> str:
         named = ", ".join(f"{effect.id} at {effect.location}" for effect in self.effects)
-        return f"Diagnosis({self.verdict}{': ' + named if named else ''})"
+        noted = f"; {len(self.notes)} notes" if self.notes else ""
+        return f"Diagnosis({self.verdict}{': ' + named if named else ''}{noted})"
 
 
 def diagnose(
@@ -180,6 +186,8 @@ def diagnose(
             ParameterChange(change["path"], change["from"], change["to"], change["stderr"])
             for change in found["parameter_changes"]
         ),
+        notes=tuple(found["caps"]),
+        next_experiment=found["next_experiment"],
         refitted_model=Model(refitted, f"{given.name}, refitted"),
         extended_model=None if extended is None else Model(extended, f"{given.name}, extended"),
         result=found,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,18 +18,30 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A number and its standard error, in the same unit."""
+class Estimate(float):
+    """A number that carries its standard error, in the same unit; it computes as the number."""
 
-    value: float
     stderr: float
+    """Of the estimate; NaN where there is none."""
 
-    def __float__(self) -> float:
-        return self.value
+    def __new__(cls, value: float, stderr: float) -> Estimate:
+        estimate = super().__new__(cls, value)
+        estimate.stderr = float(stderr)
+        return estimate
+
+    def __getnewargs__(self) -> tuple[float, float]:
+        return float(self), self.stderr
+
+    @property
+    def value(self) -> float:
+        """The number."""
+        return float(self)
 
     def __str__(self) -> str:
-        return with_error(self.value, self.stderr)
+        return with_error(float(self), self.stderr)
+
+    def __repr__(self) -> str:
+        return f"Estimate({float(self)!r}, {self.stderr!r})"
 
     @classmethod
     def _of(cls, filed: dict[str, Any]) -> Estimate:
@@ -53,9 +65,11 @@ class Mode:
     """Where the frequency may be: two standard errors either way, and what depends on amplitude."""
     damping_box: tuple[float, float]
     """The same of the damping ratio."""
+    _place: tuple[str, int] = field(repr=False, compare=False)
+    """The file of modes that it is in, and its number there, from 1."""
 
     @classmethod
-    def _of(cls, filed: dict[str, Any]) -> Mode:
+    def _of(cls, filed: dict[str, Any], modes_file: str, number: int) -> Mode:
         area = filed["uncertainty_box"]
         return cls(
             Estimate._of(filed["frequency_hz"]),
@@ -64,10 +78,11 @@ class Mode:
             filed["method"],
             tuple(area["frequency_hz"]),
             tuple(area["damping_ratio"]),
+            (modes_file, number),
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Fit:
     """The fitted output of one recording beside the recorded one."""
 
@@ -80,7 +95,7 @@ class Fit:
     """The fitted output there."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Identification(Sequence["Mode"]):
     """The modes of recordings, by rising frequency: ``found[0].frequency_hz``."""
 
@@ -213,7 +228,12 @@ def identify(
     InputError
         A file, a column, or a record that determines no modes.
     """
-    measured = [given._parts() if isinstance(given, Recording) else os.fspath(given) for given in as_list(recordings)]
+    given_recordings = as_list(recordings)
+    if not given_recordings:
+        raise _stillbeam.InputError("there is no recording; give at least one")
+    if reading and all(isinstance(given, Recording) for given in given_recordings):
+        raise TypeError(f"identify() has no option {', '.join(sorted(reading))} for recordings in memory; see help(identify)")
+    measured = [given._parts() if isinstance(given, Recording) else os.fspath(given) for given in given_recordings]
     choices = {
         "input": input,
         "output": output if output is None or isinstance(output, str) else ",".join(output),
@@ -226,18 +246,22 @@ def identify(
         "end_s": end_s,
         "modes": modes,
     }
-    modes_file, results, fits, remarks = _stillbeam.identify(measured, choices, reading_options(**reading))
+    options = reading_options(**reading)
+    modes_file, results, fits, remarks = _stillbeam.identify(measured, choices, options)
     filed, results = json.loads(modes_file), json.loads(results)
     first = results[0]
+    warnings = [warning["message"] for warning in filed.get("warnings", [])]
+    if len(results) > 1 and not filed["modes"]:
+        warnings.append("no mode is common to all recordings; `results` has those of each")
     percent = [record.get("fit_percent") for record in first.get("records", [])]
     return Identification(
-        modes=tuple(Mode._of(mode) for mode in filed["modes"]),
+        modes=tuple(Mode._of(mode, modes_file, number) for number, mode in enumerate(filed["modes"], 1)),
         output=first["output"],
         input=first["input"],
         kind=first.get("kind"),
         fit=Fit(*fits[0]),
         fit_percent=percent[0] if percent else None,
-        warnings=tuple(warning["message"] for warning in filed.get("warnings", [])),
+        warnings=tuple(warnings),
         remarks=tuple(line for line in remarks if not line.startswith("warning: ")),
         results=tuple(results),
         _modes_file=modes_file,

@@ -21,12 +21,13 @@ if TYPE_CHECKING:
 TIME = "time_s"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """What was measured, or simulated.
 
     The name of every column ends in its unit, such as ``force_N`` or ``tip_deflection_m``. A missing value is
-    NaN. ``recording["force_N"]`` is a column.
+    NaN, or masked. ``recording["force_N"]`` is a column. Arrays are copied, and the recording's are read-only.
+    Stamps may also be dates or time differences of NumPy or pandas: dates count from the first.
     """
 
     time_s: np.ndarray
@@ -44,21 +45,36 @@ class Recording:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        set_(self, "time_s", _signal(self.time_s))
-        set_(self, "columns", {name: _signal(samples) for name, samples in self.columns.items()})
+        set_(self, "time_s", stamps(self.time_s))
+        set_(self, "columns", {name: signal(name, samples) for name, samples in self.columns.items()})
         _stillbeam.check(self._parts())
 
     @classmethod
     def from_pandas(cls, frame: pandas.DataFrame, *, name: str = "recording", role: str | None = None) -> Recording:
-        """From a data frame whose columns are named with their units; the stamps are in ``time_s`` or in the
-        index."""
-        time_s = frame[TIME] if TIME in frame.columns else frame.index
+        """From a data frame whose columns are named with their units.
+
+        The stamps are in the column ``time_s``, or in an index that is called so or has dates or time
+        differences.
+        """
+        if not hasattr(frame, "columns"):
+            raise TypeError("give a data frame whose columns are named with their units; series.to_frame() makes one")
+        if TIME in frame.columns:
+            time_s = frame[TIME].to_numpy()
+        elif frame.index.name == TIME or frame.index.dtype.kind in "mM":
+            time_s = frame.index.to_numpy()
+        else:
+            raise _stillbeam.InputError(
+                f"{name}: the frame does not say when its rows were taken: it has no column {TIME}, and its index is "
+                f"neither called so nor has dates; frame.assign({TIME}=...) or frame.index.name = {TIME!r} says it"
+            )
         columns = {column: frame[column].to_numpy() for column in frame.columns if column != TIME}
-        return cls(np.asarray(time_s), columns, name=name, role=role)
+        return cls(time_s, columns, name=name, role=role)
 
     @classmethod
     def from_xarray(cls, dataset: xarray.Dataset, *, name: str = "recording", role: str | None = None) -> Recording:
         """From a dataset whose variables are named with their units, over the coordinate ``time_s``."""
+        if not hasattr(dataset, "data_vars"):
+            raise TypeError("give a dataset whose variables are named with their units; array.to_dataset() makes one")
         columns = {str(variable): dataset[variable].to_numpy() for variable in dataset.data_vars}
         return cls(dataset[TIME].to_numpy(), columns, name=name, role=role)
 
@@ -91,9 +107,11 @@ class Recording:
         """The same with further columns, or others in place of those of the same name."""
         return Recording(self.time_s, {**self.columns, **columns}, self.name, self.role, self.notes, self.remarks)
 
-    def between(self, from_s: float, to_s: float) -> Recording:
-        """The part from one time to another, both included."""
-        part = (self.time_s >= from_s) & (self.time_s <= to_s)
+    def between(self, from_s: float | None, to_s: float | None) -> Recording:
+        """The part from one time to another, both included; ``None`` is the beginning, or the end."""
+        first = self.time_s[0] if from_s is None else from_s
+        last = self.time_s[-1] if to_s is None else to_s
+        part = (self.time_s >= first) & (self.time_s <= last)
         columns = {name: samples[part] for name, samples in self.columns.items()}
         return Recording(self.time_s[part], columns, self.name, self.role, self.notes, self.remarks)
 
@@ -115,10 +133,10 @@ class Recording:
         variables = {name: (TIME, samples) for name, samples in self.columns.items()}
         return xarray.Dataset(variables, coords={TIME: self.time_s}, attrs=dict(self.notes))
 
-    def plot(self, columns: Iterable[str] | None = None) -> Figure:
-        """Every column over time, one below the other."""
+    def plot(self, columns: str | Iterable[str] | None = None) -> Figure:
+        """Columns over time, one below the other; by default all."""
         plt = pyplot()
-        names = list(self.columns if columns is None else columns)
+        names = [columns] if isinstance(columns, str) else list(self.columns if columns is None else columns)
         figure, axes = plt.subplots(len(names), 1, sharex=True, squeeze=False, figsize=(8, 1.8 * len(names) + 0.6))
         for axis, name in zip(axes[:, 0], names, strict=True):
             axis.plot(self.time_s, self[name], linewidth=0.8)
@@ -217,14 +235,50 @@ def as_recording(given: Recording | str | os.PathLike[str]) -> Recording:
     return given if isinstance(given, Recording) else read(given)
 
 
-def as_list(given: Any) -> list[Any]:
-    """One thing, or several."""
-    one = isinstance(given, (Recording, str, os.PathLike))
-    return [given] if one else list(given)
+def as_list(given: Any) -> list[Recording | str | os.PathLike[str]]:
+    """One recording or file, or several.
+
+    Raises
+    ------
+    TypeError
+        For anything else, with what makes a recording of it.
+    """
+    one = (Recording, str, os.PathLike)
+    if isinstance(given, Mapping) or hasattr(given, "columns") and not isinstance(given, Recording):
+        raise TypeError(
+            f"a {type(given).__name__} is no recording: Recording.from_pandas(frame) or Recording(time_s, columns) makes one"
+        )
+    several = [given] if isinstance(given, one) else list(given)
+    for other in (item for item in several if not isinstance(item, one)):
+        raise TypeError(f"a {type(other).__name__} is no recording; give a Recording, or the path of a file")
+    return several
 
 
-def _signal(samples: Any) -> np.ndarray:
-    signal = np.ascontiguousarray(samples, dtype=np.float64)
-    if signal.ndim != 1:
-        raise ValueError(f"a signal has one dimension, not the shape {signal.shape}; give one column each")
-    return signal
+def stamps(given: Any) -> np.ndarray:
+    """Stamps in seconds; dates count from the first."""
+    times = np.asarray(given)
+    if times.dtype == object:
+        # Dates with a time zone.
+        times = np.array([np.datetime64(getattr(time, "to_datetime64", lambda time=time: time)()) for time in times])
+    if times.dtype.kind == "M":
+        times = times - times[:1]
+    if times.dtype.kind == "m":
+        return signal(TIME, times / np.timedelta64(1, "s"))
+    return signal(TIME, times)
+
+
+def signal(name: str, given: Any) -> np.ndarray:
+    """A read-only copy; masked values are missing."""
+    samples = given
+    if isinstance(given, np.ma.MaskedArray):
+        samples = given.astype(np.float64).filled(np.nan)
+    samples = np.asarray(samples)
+    if samples.dtype == object:
+        samples = samples.astype(np.float64)
+    if samples.dtype.kind not in "biuf":
+        raise TypeError(f"{name}: a signal has real numbers, not {samples.dtype}; make numbers of them first")
+    if samples.ndim != 1:
+        raise ValueError(f"{name}: a signal has one dimension, not the shape {samples.shape}; give one column each")
+    copy = np.array(samples, dtype=np.float64, order="C")
+    copy.flags.writeable = False
+    return copy

@@ -13,13 +13,13 @@ import numpy as np
 
 from . import _stillbeam
 from .display import html_list, html_table, pyplot
-from .identification import Identification
+from .identification import Identification, Mode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stage:
     """One stage of the shaper, as the board runs it: integer taps."""
 
@@ -34,7 +34,7 @@ class Stage:
     weight_one: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shaper:
     """A shaper: impulses that a command is convolved with so that the machine does not ring."""
 
@@ -63,7 +63,13 @@ class Shaper:
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Shaper:
         """Reads a table that ``stillbeam shape --json`` or :meth:`save` wrote."""
-        return cls._of(Path(path).read_text(encoding="utf-8"), ())
+        text = Path(path).read_text(encoding="utf-8")
+        try:
+            return cls._of(text, ())
+        except (ValueError, KeyError, TypeError):
+            raise _stillbeam.InputError(
+                f"{os.fspath(path)}: is no table; `stillbeam shape --json` and Shaper.save write one"
+            ) from None
 
     @classmethod
     def _of(cls, table: str, remarks: Iterable[str]) -> Shaper:
@@ -177,11 +183,11 @@ class Shaper:
 def shape(
     modes: Identification | str | os.PathLike[str] | Iterable[Any],
     *,
-    type: str = "zvd",
-    use: Iterable[int] = (),
+    type: str | None = None,
+    use: int | Iterable[int] = (),
     rate_hz: float = 4000.0,
-    box: str = "5%",
-    box_floor: str = "5%",
+    box: str | None = None,
+    box_floor: str | None = None,
     tolerance: float | None = None,
     negative_limit: float = 0.0,
     longest_s: float | None = None,
@@ -191,20 +197,22 @@ def shape(
     Parameters
     ----------
     modes
-        What :func:`identify` found, a file of it, or modes as numbers: ``[(1.1, 0.0074), (6.9, 0.0059,
-        "zvdd")]``, undamped frequency in Hz, damping ratio, and if wanted the type.
+        What :func:`identify` found, some of its modes (``found[:2]``), a file of it, or modes as numbers:
+        ``[(1.1, 0.0074), (6.9, 0.0059, "zvdd")]``, undamped frequency in Hz, damping ratio, and if wanted the
+        type.
     type
-        ``"zv"``, ``"zvd"``, ``"zvdd"``, ``"ei"``, ``"mzv"``, ``"si:0.05"`` and so on, of modes that name
-        none.
+        ``"zv"``, ``"zvd"`` (the default), ``"zvdd"``, ``"ei"``, ``"mzv"``, ``"si:0.05"`` and so on, of modes
+        that name none; not with a tolerance.
     use
         Which of the identified modes, counted from 1; by default all.
     rate_hz
         Ticks per second; the board runs the nearest rate that divides its timer clock.
     box
-        Where modes that are given as numbers may be: ``"5%"`` of both, or ``"5%,20%"`` of frequency and
-        damping ratio.
+        Where modes that are given as numbers may be, in percent: ``"5%"`` (the default) of both, or
+        ``"5%,20%"`` of frequency and damping ratio.
     box_floor
-        The least of that for identified modes, whose box is what was measured.
+        Where identified modes may be at least, in the same words: their box is what was measured, and no less
+        than this, ``"5%"`` by default.
     tolerance
         The most vibration that any mode may keep anywhere in its box, a fraction; the result is then the
         shortest shaper that holds it, one stage for all modes.
@@ -214,29 +222,69 @@ def shape(
     Raises
     ------
     InputError
-        A mode that is none, or a tolerance that no shaper holds, with what would do.
+        A mode that is none, a tolerance that no shaper holds, with what would do, or an option that says
+        nothing beside another.
     """
+    numbers, modes_file, chosen = _modes(modes, [use] if isinstance(use, int) else list(use))
+    if modes_file is None and (box_floor is not None or chosen):
+        raise _stillbeam.InputError("box_floor and use are for identified modes; these have a box, and are all shaped")
+    if modes_file is not None and box is not None:
+        raise _stillbeam.InputError("identified modes have boxes of their own; box_floor says how wide they are at least")
+    if tolerance is not None and type is not None:
+        raise _stillbeam.InputError("a tolerance gives one stage of its own kind for all modes; leave type or tolerance out")
     request = {
-        "modes": [],
-        "modes_file": None,
-        "chosen": [int(number) for number in use],
-        "kind": type,
-        "uncertainty": box,
-        "floor": box_floor,
+        "modes": numbers,
+        "modes_file": modes_file,
+        "chosen": chosen,
+        "kind": type or "zvd",
+        "uncertainty": _percentage("box", box),
+        "floor": _percentage("box_floor", box_floor),
         "rate_hz": float(rate_hz),
-        "tolerance": tolerance,
+        "tolerance": None if tolerance is None else float(tolerance),
         "negative_limit": float(negative_limit),
         "longest_s": longest_s,
     }
-    if isinstance(modes, Identification):
-        request["modes_file"] = ("identified modes", modes._modes_file)
-    elif isinstance(modes, (str, os.PathLike)):
-        request["modes_file"] = (os.fspath(modes), Path(modes).read_text(encoding="utf-8"))
-    else:
-        request["modes"] = [",".join(_word(part) for part in mode) for mode in modes]
     table, remarks = _stillbeam.shape(request)
     return Shaper._of(table, remarks)
 
 
+def table_of(shaper: Shaper) -> str:
+    """The text of a shaper's table.
+
+    Raises
+    ------
+    TypeError
+        For what is no shaper.
+    """
+    if not isinstance(shaper, Shaper):
+        raise TypeError(f"a {type(shaper).__name__} is no shaper; stillbeam.shape designs one, Shaper.read reads one")
+    return shaper._table
+
+
+def _modes(given: Any, use: list[int]) -> tuple[list[str], tuple[str, str] | None, list[int]]:
+    """Modes as numbers; or the name and the text of a file of modes, and which of them."""
+    if isinstance(given, Identification):
+        return [], ("identified modes", given._modes_file), use
+    if isinstance(given, (str, os.PathLike)):
+        return [], (os.fspath(given), Path(given).read_text(encoding="utf-8")), use
+    modes = [given] if isinstance(given, Mode) else list(given)
+    if modes and all(isinstance(mode, Mode) for mode in modes):
+        texts = {mode._place[0] for mode in modes}
+        if len(texts) > 1 or use:
+            raise _stillbeam.InputError("give modes of one identification, and either some of them or use")
+        return [], ("identified modes", texts.pop()), [mode._place[1] for mode in modes]
+    if not all(isinstance(mode, (tuple, list)) for mode in modes):
+        raise TypeError("a mode is (frequency_hz, damping_ratio) or (frequency_hz, damping_ratio, type), or one of identify()'s")
+    return [",".join(_word(part) for part in mode) for mode in modes], None, use
+
+
 def _word(part: Any) -> str:
     return part if isinstance(part, str) else repr(float(part))
+
+
+def _percentage(name: str, given: str | None) -> str:
+    if given is None:
+        return "5%"
+    if not isinstance(given, str) or "%" not in given:
+        raise _stillbeam.InputError(f'{name} {given!r}: give percentages, "5%" or "5%,20%"')
+    return given

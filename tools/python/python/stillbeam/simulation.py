@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from . import _stillbeam
-from .display import html_table
+from .display import html_list, html_table
 from .model import Model, as_model
 from .recording import Recording, as_recording
-from .shaper import Shaper
+from .shaper import Shaper, table_of
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Move:
             ("residual peak of the tip", f"{1e3 * self.residual_peak_m:.3g} mm"),
             ("vibration, of the unshaped move's", f"{self.vibration_pct:.3g} %"),
         ]
-        return html_table("Simulated move", ("what", "value"), rows)
+        return html_table("Simulated move", ("what", "value"), rows) + html_list(self.recording.remarks)
 
 
 def simulate(
@@ -111,7 +111,7 @@ _MOTIONS = ("move", "sweep", "multisine", "pulse", "decay")
 def _setup(model: Any, shaper: Shaper | None, open_loop: bool, noise_seed: int | None) -> dict[str, Any]:
     return {
         "model": as_model(model)._parts(),
-        "shaper": None if shaper is None else shaper._table,
+        "shaper": None if shaper is None else table_of(shaper),
         "open_loop": open_loop,
         "noise_seed": noise_seed,
     }

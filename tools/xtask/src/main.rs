@@ -22,6 +22,7 @@ use failure::Failure;
 const USAGE: &str = "usage: cargo xtask CHORE
 
   test                 everything: set-up, format, lints, firmware image, host and emulator tests
+  test --quick         format, lints and the tests that take seconds
   firmware             build the release image and print its path
   size [--symbols N]   build the image and print how much flash and RAM it takes
   check-interrupt      build the image and prove that the tick and the emergency input never panic, lock or emulate floats
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
 fn dispatch(words: &[&str]) -> Result<ExitCode, Failure> {
     match words {
         ["test"] => return test::test(),
+        ["test", "--quick"] => return test::quick(),
         ["firmware"] => println!("{}", firmware::build(setup::compiler()?)?.display()),
         ["size"] => size::size(0)?,
         ["size", "--symbols", count] => size::size(number(count)?)?,

@@ -21,12 +21,7 @@ pub fn test() -> Result<ExitCode, Failure> {
     let emulator = outcome.tool("the emulator tests", setup::emulator);
     let interpreter = outcome.tool("the Python package", setup::python);
     let fuzzer = outcome.tool("a short run of libFuzzer", fuzz::compiler);
-    outcome.step("format", || run(cargo().args(["fmt", "--all", "--check"])));
-    outcome.step("lints", || {
-        let mut lint = cargo();
-        lint.args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]);
-        run(&mut lint)
-    });
+    outcome.format_and_lints();
     if let Some(compiler) = compiler {
         outcome.step("lints of the board", || firmware::lint(compiler));
         outcome.step("logging image", || firmware::build_with_log(compiler));
@@ -59,6 +54,27 @@ pub fn test() -> Result<ExitCode, Failure> {
     }
     let everything_must_run = std::env::var("CI").is_ok_and(|value| value == "true");
     let (summary, well) = outcome.conclude(everything_must_run);
+    print!("{summary}");
+    Ok(if well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What takes minutes and guards what seldom breaks: left to [`test`].
+const NOT_QUICK: [&str; 3] = ["stillbeam-diagnose", "stillbeam-concealed", "stillbeam-identify"];
+
+/// Format, lints and the tests that take seconds, for people at work; sums up as [`test`] does.
+pub fn quick() -> Result<ExitCode, Failure> {
+    let mut outcome = Outcome::default();
+    outcome.format_and_lints();
+    let excluded = NOT_QUICK.iter().flat_map(|package| ["--exclude", package]);
+    let mut tests = cargo();
+    tests.args(["test", "--workspace", "--no-fail-fast"]).args(excluded).args(["--", "--show-output"]);
+    outcome.cargo_tests(tests.env_remove(IMAGE_VARIABLE))?;
+    say(format!(
+        "left out: tests of {}, the image, the emulator, the Python package, concealed cases, fuzzing; \
+         `cargo xtask test` runs them",
+        NOT_QUICK.join(", ")
+    ));
+    let (summary, well) = outcome.conclude(false);
     print!("{summary}");
     Ok(if well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -100,6 +116,15 @@ impl Outcome {
         }
     }
 
+    fn format_and_lints(&mut self) {
+        self.step("format", || run(cargo().args(["fmt", "--all", "--check"])));
+        self.step("lints", || {
+            let mut lint = cargo();
+            lint.args(["clippy", "--quiet", "--workspace", "--all-targets", "--", "-D", "warnings"]);
+            run(&mut lint)
+        });
+    }
+
     /// All tests of the workspace in one go; with an image, the emulator tests boot it.
     fn tests(&mut self, image: Option<&Path>) -> Result<(), Failure> {
         let mut command = cargo();
@@ -109,9 +134,14 @@ impl Outcome {
         if let Some(image) = image {
             command.env(IMAGE_VARIABLE, image);
         }
+        self.cargo_tests(&mut command)
+    }
+
+    /// Tests that cargo runs.
+    fn cargo_tests(&mut self, command: &mut Command) -> Result<(), Failure> {
         say("tests ...");
         let begun = Instant::now();
-        let succeeded = follow(&mut command, &mut self.tally, std::io::stdout())?;
+        let succeeded = follow(command, &mut self.tally, std::io::stdout())?;
         say(format!("tests: {:.1} s", begun.elapsed().as_secs_f64()));
         // Tests that do not compile, or a test process that crashed, fail without a result line.
         if !succeeded && self.tally.failed == 0 {

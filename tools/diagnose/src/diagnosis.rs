@@ -180,12 +180,10 @@ fn searched<'c>(
 ) -> Result<Searched<'c>, DiagnoseError> {
     let Refitted { mut study, mut compared, is_exact, nothing_left, asked_all, mut saw_all, .. } = refitted;
     let given = Hypothesis::given(model);
-    let mut candidates = Cow::Borrowed(catalogue);
-    if nothing_left {
-        // Nothing hides but what the readings themselves show.
-        let is_in_steps = study.is_read_in_steps(&compared.floors, options.least_excess_share);
-        candidates.to_mut().retain(|candidate| is_in_steps && candidate.is_read_off());
-    }
+    let mut candidates = match nothing_left {
+        true => Cow::Owned(shown_by_readings(&study, &compared, catalogue, options)),
+        false => Cow::Borrowed(catalogue),
+    };
     let mut search = search_beside(&mut study, &compared, model, &candidates, options);
     let held_out = compared.refitted_on_all.held_out.clone();
     let mut found = Selection::nothing(&compared.refitted, held_out.clone());
@@ -231,6 +229,17 @@ fn searched<'c>(
         candidates = Cow::Borrowed(catalogue);
     }
     Ok(Searched { study, compared, is_exact, selection, candidates, tests, refit_adequate, stand_ins })
+}
+
+/// Where nothing is left, nothing hides but what the readings themselves show.
+fn shown_by_readings(
+    study: &Study,
+    compared: &Compared,
+    catalogue: &[Candidate],
+    options: &Options,
+) -> Vec<Candidate> {
+    let is_in_steps = study.is_read_in_steps(&compared.floors, options.least_excess_share);
+    catalogue.iter().filter(|candidate| is_in_steps && candidate.is_read_off()).cloned().collect()
 }
 
 /// What was found, judged beside a refit that is weighed by the noise that is seen now; or what was found

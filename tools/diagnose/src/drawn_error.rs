@@ -11,7 +11,7 @@ use stillbeam_identify::tall::Orthonormal;
 use crate::adequacy::{ErrorDraw, InputError};
 use crate::fit::Fitted;
 use crate::input_noise::InputNoise;
-use crate::noise::NoiseSource;
+use crate::noise::{NoiseFloor, NoiseSource};
 use crate::record::{OutputSignal, Record};
 use crate::simulation::Hypothesis;
 use crate::stacking::{RecordFit, Stack};
@@ -114,14 +114,16 @@ impl DrawnError {
 /// Tells the errors of all recordings of an output how much of them its floor has already. One from
 /// standstill was seen without any, and one that is stated is the sensor's own; any other was seen over all
 /// recordings, and has of each what they have on the average. An input that was driven harder may be noisier,
-/// too.
-pub(crate) fn tell_floor(errors: &mut [Option<InputError>], floor: NoiseSource) {
-    if matches!(floor, NoiseSource::QuietStretches | NoiseSource::Stated) {
+/// too. A floor that was seen where it is quiet has no more of them than it is itself: a base that nothing
+/// holds wanders under the noise of a force, slowly and far, and a quiet stretch shows nothing of that.
+pub(crate) fn tell_floor(errors: &mut [Option<InputError>], floor: &NoiseFloor) {
+    if matches!(floor.source, NoiseSource::QuietStretches | NoiseSource::Stated) {
         return;
     }
     let powers = errors.iter().map(|error| error.as_ref().map_or(0.0, InputError::mean_power));
     let average = powers.sum::<f64>() / errors.len().max(1) as f64;
-    errors.iter_mut().flatten().for_each(|error| error.in_floor = average);
+    let in_floor = average.min(floor.rms * floor.rms);
+    errors.iter_mut().flatten().for_each(|error| error.in_floor = in_floor);
 }
 
 impl Draw {
@@ -184,5 +186,25 @@ mod tests {
         assert!(shown < 1e-6, "a smooth input shows {shown} N");
         let drawn = drawn(", noise_rms = 0.02").expect("it is stated");
         assert!(drawn.draws.iter().all(|draw| (rms(draw) - 0.02).abs() < 1e-3));
+    }
+
+    #[test]
+    fn a_floor_holds_no_more_of_the_inputs_errors_than_it_is_itself() {
+        let error = |rms: f64| {
+            let residual = vec![rms; 10];
+            let draw = ErrorDraw { input: Vec::new(), simulated: Vec::new(), residual };
+            Some(InputError { draws: vec![draw], in_floor: 0.0 })
+        };
+        let told = |source: NoiseSource, floor_rms: f64| {
+            let mut errors = [error(3.0), None, error(1.0)];
+            tell_floor(&mut errors, &NoiseFloor { rms: floor_rms, source, samples: 10.0 });
+            errors.into_iter().flatten().map(|error| error.in_floor).collect::<Vec<f64>>()
+        };
+        let average = (9.0 + 1.0) / 3.0;
+        for in_floor in told(NoiseSource::QuietQuarter, 5.0) {
+            assert!((in_floor - average).abs() < 1e-12, "{in_floor}");
+        }
+        assert_eq!(told(NoiseSource::QuietQuarter, 0.5), [0.25, 0.25]);
+        assert_eq!(told(NoiseSource::Stated, 5.0), [0.0, 0.0]);
     }
 }

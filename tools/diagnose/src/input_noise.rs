@@ -15,6 +15,8 @@ pub(crate) struct InputNoise {
     pub(crate) white_rms: f64,
     /// The step that readings come in; 0 where they are not rounded.
     pub(crate) step: f64,
+    /// Where they are rounded, the reading at which the input stands most.
+    pub(crate) standing: f64,
 }
 
 /// What has more than this share of the input is a part of it.
@@ -39,17 +41,20 @@ impl InputNoise {
         let small = |rms: f64| if rms <= MOST * spread { rms } else { 0.0 };
         let step = small(ReadingStep::of(samples).map_or(0.0, |step| step.value));
         let beside = (flat_power(samples) - step * step / 12.0).max(0.0);
-        Self { white_rms: small(beside.sqrt()), step }
+        let standing = if step > 0.0 { most_read(samples, step) } else { 0.0 };
+        Self { white_rms: small(beside.sqrt()), step, standing }
     }
 
     /// Errors of this kind beside these samples, drawn at random; the same ones every time for a number.
     ///
     /// Rounding is drawn by rounding the same signal at another size: it is as fast or slow as the signal
-    /// moves over steps.
+    /// moves over steps. What stands still is known: were it off by a share of a step all the time, a base
+    /// that nothing holds would run away under that force.
     pub(crate) fn drawn(self, samples: &[f64], number: u64) -> Vec<f64> {
+        let size = SIZES.0 + SIZES.1 * (PLACE * (number + 1) as f64).fract();
         let rounded_off = |value: f64| {
             if self.step > 0.0 {
-                let other = OTHER_SIZE * value / self.step + OTHER_PLACE * number as f64;
+                let other = size * (value - self.standing) / self.step;
                 self.step * (other.round() - other)
             } else {
                 0.0
@@ -60,9 +65,18 @@ impl InputNoise {
     }
 }
 
-/// No simple fractions, so that multiples of a step are none any more.
-const OTHER_SIZE: f64 = 0.754_877_666_246_692_8;
-const OTHER_PLACE: f64 = 0.569_840_290_998_053_3;
+/// The smallest other size and their range: multiples of a step are none any more, ...
+const SIZES: (f64, f64) = (0.6, 0.3);
+/// ... and every draw has another one.
+const PLACE: f64 = 0.569_840_290_998_053_3;
+
+/// The reading that is there most often.
+fn most_read(samples: &[f64], step: f64) -> f64 {
+    let mut readings = samples.to_vec();
+    readings.sort_by(f64::total_cmp);
+    let same = readings.chunk_by(|one, next| next - one < 0.5 * step);
+    same.max_by_key(|readings| readings.len()).and_then(|readings| readings.first().copied()).unwrap_or(0.0)
+}
 
 /// White noise drawn at random; the same every time for a number.
 pub(crate) fn white(rms: f64, count: usize, number: u64) -> Vec<f64> {
@@ -136,6 +150,23 @@ mod tests {
                     (0.6..1.6).contains(&(drawn / wanted)),
                     "{rate_hz} Hz: {noise} {step}: {drawn} {found:?}"
                 );
+            }
+        }
+    }
+
+    #[test]
+    fn an_input_that_stands_still_is_off_by_nothing_all_the_time() {
+        let step = 0.01;
+        let moved = |k: usize| if k < 1000 { 2.0 * (0.02 * k as f64).sin() } else { 0.0 };
+        for place in [0.0, 0.004] {
+            let samples: Vec<f64> = (0..4000).map(|k| (moved(k) / step).round() * step + place).collect();
+            let noise = InputNoise { white_rms: 0.0, ..InputNoise::of(&samples) };
+            assert!((noise.step - step).abs() < 1e-9, "{noise:?}");
+            for number in 0..8 {
+                let drawn = noise.drawn(&samples, number);
+                assert!(drawn[1000..].iter().all(|error| error.abs() < 1e-9), "{place} {number}");
+                let moving = power(&drawn[..1000]).sqrt();
+                assert!((0.7..1.4).contains(&(moving / (step / 12.0_f64.sqrt()))), "{number}: {moving}");
             }
         }
     }

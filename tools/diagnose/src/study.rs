@@ -464,7 +464,7 @@ impl Study {
             parts.retain(|part| !is_resolved(part));
             let mut errors: Vec<Option<InputError>> =
                 parts.iter().map(|part| self.input_error_of(on_all, part)).collect();
-            tell_floor(&mut errors, floor.source);
+            tell_floor(&mut errors, floor);
             for (part, input_error) in parts.iter().zip(errors) {
                 let signal = &part.record.outputs[part.output];
                 let input = part.record.input.as_ref();

@@ -122,7 +122,9 @@ fn the_real_axis_has_dry_friction_and_an_offset() {
         std::path::PathBuf::from,
     );
     let Ok(text) = std::fs::read_to_string(data.join("emps/emps_estimation.csv")) else {
-        eprintln!("the recordings of the axis are not there, so this did not run");
+        println!(
+            "not run: the recordings of the axis are not there; set STILLBEAM_DATA to the folder that holds them"
+        );
         return;
     };
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/emps.toml");

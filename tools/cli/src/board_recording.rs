@@ -26,6 +26,14 @@ pub fn is_of_the_board(column: &str) -> bool {
     column == STATE || INPUTS.contains(&column)
 }
 
+/// Samples per second where nobody says how many: what the serial line carries with ease.
+const SAMPLES_PER_S: f64 = 1000.0;
+
+/// Ticks per sample where nobody says how many.
+pub fn usual_decimation(tick_hz: f64) -> u32 {
+    (tick_hz / SAMPLES_PER_S).round().max(1.0) as u32
+}
+
 /// How many samples are missing.
 pub fn lost_samples(streamed: &StreamedMotion) -> u64 {
     streamed.gaps.iter().map(|gap| u64::from(gap.lost)).sum()

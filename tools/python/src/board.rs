@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use pyo3::{PyErr, PyResult, Python, pyclass, pymethods};
 use stillbeam::board::{BoardTarget, Session};
-use stillbeam::board_recording::{lost_samples, recording};
+use stillbeam::board_recording::{lost_samples, recording, usual_decimation};
 use stillbeam::error::CliError;
 use stillbeam_shape::BoardTable;
 
@@ -17,9 +17,6 @@ use crate::work;
 
 /// Something to do with the board.
 type Job = Box<dyn FnOnce(&mut Session) + Send>;
-
-/// Samples per second of a recording that does not say: what the serial line carries with ease.
-const SAMPLES_PER_S: f64 = 1000.0;
 
 /// The longest time that a motion is waited for.
 const LONGEST_WAIT: Duration = Duration::from_secs(3600);
@@ -61,7 +58,10 @@ impl Board {
     /// for it may just have been done.
     fn stop_now(&self) {
         self.stop.store(true, Ordering::SeqCst);
-        self.send(Box::new(|session| {
+        let asked = Arc::clone(&self.stop);
+        self.send(Box::new(move |session| {
+            // Where nothing was being done nobody has looked, and the next job is not meant.
+            asked.store(false, Ordering::SeqCst);
             // There is nobody to tell.
             let _nobody = session.command("stop");
         }));
@@ -82,16 +82,11 @@ impl Board {
         let (send, answer) = mpsc::channel();
         let (opened, asked) = (target.clone(), Arc::clone(&stop));
         std::thread::spawn(move || {
-            let session =
-                opened.open(&mut |_| {}).and_then(|link| Session::start_stopped_by(link, Arc::clone(&asked)));
+            let session = opened.open(&mut |_| {}).and_then(|link| Session::start_stopped_by(link, asked));
             match session {
                 Ok(mut session) => {
                     let _nobody = send.send(Ok(()));
-                    for job in to_do {
-                        // What was asked while nothing was done is no longer meant.
-                        asked.store(false, Ordering::SeqCst);
-                        job(&mut session);
-                    }
+                    to_do.into_iter().for_each(|job| job(&mut session));
                 }
                 Err(error) => {
                     let _nobody = send.send(Err(error));
@@ -170,7 +165,7 @@ impl Board {
         let motion = motion.to_owned();
         let (recording, lost, faults) = self.run(py, move |session| {
             let tick_hz = session.tick_hz()?;
-            let decimation = decimation.unwrap_or((tick_hz / SAMPLES_PER_S).round().max(1.0) as u32);
+            let decimation = decimation.unwrap_or_else(|| usual_decimation(tick_hz));
             let streamed = session.record_motion(&motion, decimation, after_s, &mut |_| {})?;
             let lost = lost_samples(&streamed);
             Ok((recording(&motion, &motion, &streamed), lost, streamed.faults))

@@ -7,7 +7,7 @@ use stillbeam_firmware::motion::spec::USAGES;
 use stillbeam_recording::write_csv;
 
 use crate::board::{BoardTarget, Consent};
-use crate::board_recording::{lost_samples, recording};
+use crate::board_recording::{lost_samples, recording, usual_decimation};
 use crate::error::CliError;
 use crate::streams::Streams;
 
@@ -46,9 +46,6 @@ pub struct RecordArgs {
     motion: Vec<String>,
 }
 
-/// Samples per second where --decimation does not say: what the serial line carries with ease.
-const SAMPLES_PER_S: f64 = 1000.0;
-
 impl RecordArgs {
     pub(super) fn run(&self, streams: &mut Streams<'_>) -> Result<(), CliError> {
         let motion = self.motion.join(" ");
@@ -70,7 +67,7 @@ impl RecordArgs {
         let mut session = board.connect(&mut |line| streams.say(line))?;
         let enabled = board.enable(&mut session, &motion, Consent::from_yes(self.yes), streams)?;
         let tick_hz = session.tick_hz()?;
-        let decimation = self.decimation.unwrap_or((tick_hz / SAMPLES_PER_S).round().max(1.0) as u32);
+        let decimation = self.decimation.unwrap_or_else(|| usual_decimation(tick_hz));
         let mut next_tenth = 1.0;
         let streamed = session.record_motion(&motion, decimation, self.after, &mut |done| {
             if 10.0 * done >= next_tenth {

@@ -1,13 +1,16 @@
 """Fleets on a local cluster of two workers."""
 
+import importlib
 import json
 import os
 import signal
+import sys
 
+import cloudpickle
 import numpy as np
 import pandas
 import pytest
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, WorkerPlugin
 
 import stillbeam
 from stillbeam import fleet
@@ -95,6 +98,31 @@ def test_a_worker_that_is_killed_loses_nothing_and_doubles_nothing(tmp_path):
     assert killed
     assert sorted(entry["machine"] for entry in _lines(tmp_path)) == [f"m{k:03}" for k in range(24)]
     assert survey.failed == {} and len(survey) == 24
+
+
+class DiesOfOneMachine(WorkerPlugin):
+    """Workers, those that are started again too, that one machine ends."""
+
+    def setup(self, worker):
+        tasks = importlib.import_module("stillbeam.fleet.work").TASKS
+        usual = tasks["identify"]
+        tasks["identify"] = lambda machine, options: os._exit(1) if machine.name == "deadly" else usual(machine, options)
+
+
+def test_a_machine_that_kills_its_workers_is_said_and_the_others_are_done(tmp_path):
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster, Client(cluster) as client:
+        client.register_plugin(DiesOfOneMachine())
+        survey = fleet.identify([fleet.Machine("deadly", [ringing(9)]), *machines(3)], tmp_path, client=client)
+    cloudpickle.unregister_pickle_by_value(sys.modules[__name__])
+    assert list(survey.failed) == ["deadly"] and "died" in survey.failed["deadly"]
+    assert len(survey) == 4
+
+
+def test_in_a_notebook_a_survey_leaves_the_page_around_it_alone(tmp_path, client):
+    shown = fleet.identify(machines(4), tmp_path, client=client)._repr_html_()
+    assert "4 machines" in shown and "<svg" in shown
+    assert "<style" not in shown and "<body" not in shown
 
 
 def test_diagnoses_of_a_fleet_are_counted_by_verdict(tmp_path, client, slider, pushed_slider):

@@ -20,14 +20,21 @@ body { font: 16px/1.45 system-ui, sans-serif; max-width: 60rem; margin: 2rem aut
 table { border-collapse: collapse; margin: 1rem 0; display: block; overflow-x: auto; }
 caption { text-align: left; font-weight: 600; padding: .3rem 0; }
 th, td { border-bottom: 1px solid #8884; padding: .25rem .6rem; text-align: left; }
-svg { width: 14rem; height: 1.4rem; }
-circle { fill: #1f77b4; fill-opacity: .5; } circle.far { fill: #d62728; fill-opacity: 1; }
-line { stroke: currentColor; stroke-opacity: .5; }
 """
+
+
+LIKE, FAR = "#1f77b4", "#d62728"
 
 
 def page(entries: Iterable[Entry], differences: list[Difference]) -> str:
     """The page, one HTML file that needs nothing else."""
+    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
+    body = content(entries, differences)
+    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}<title>Fleet</title></head><body>{body}</body></html>\n'
+
+
+def content(entries: Iterable[Entry], differences: list[Difference]) -> str:
+    """What the page says, for a place that has a look of its own, such as a notebook."""
     entries = list(entries)
     failed = {entry.machine: entry.error for entry in entries if entry.error is not None}
     parts = [f"<h1>{len(entries)} machines</h1>", f"<p>{escape(_headline(entries, failed, differences))}</p>"]
@@ -38,9 +45,7 @@ def page(entries: Iterable[Entry], differences: list[Difference]) -> str:
         parts.append(_differences_table(differences))
     if failed:
         parts.append(html_table("Without a result", ("machine", "why"), sorted(failed.items())))
-    body = "\n".join(parts)
-    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-    return f"<!DOCTYPE html>\n<html lang=\"en\"><head>{head}<title>Fleet</title></head><body>{body}</body></html>\n"
+    return "\n".join(parts)
 
 
 def _headline(entries: list[Entry], failed: dict[str, str], differences: list[Difference]) -> str:
@@ -85,10 +90,10 @@ def _strip(difference: Difference) -> str:
     at = lambda value: 4.0 + 192.0 * (value - low) / width  # noqa: E731
     far = set(difference.far_out)
     points = "".join(
-        f'<circle cx="{at(value):.1f}" cy="10" r="3"{" class=far" if machine in far else ""}>'
+        f'<circle cx="{at(value):.1f}" cy="10" r="3" fill="{FAR if machine in far else LIKE}" fill-opacity="0.6">'
         f"<title>{escape(machine)}: {value:.5g}</title></circle>"
         for machine, value in difference.values.items()
     )
-    middle = f'<line x1="{at(difference.median):.1f}" x2="{at(difference.median):.1f}" y1="1" y2="19"/>'
+    middle = f'<line x1="{at(difference.median):.1f}" x2="{at(difference.median):.1f}" y1="1" y2="19" stroke="currentColor"/>'
     label = f"from {low:.5g} to {high:.5g}"
-    return f'<svg viewBox="0 0 200 20" role="img" aria-label="{label}">{middle}{points}</svg>'
+    return f'<svg viewBox="0 0 200 20" width="220" height="22" role="img" aria-label="{label}">{middle}{points}</svg>'

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .journal import Journal
+from .journal import Entry, Journal
 from .machine import Machine
 from .survey import Survey
 from .work import work
@@ -102,13 +102,29 @@ def _results(
     keys: Mapping[str, str],
     options: Mapping[str, Any],
 ) -> Iterable[Any]:
-    """As they come. A worker that dies loses what it was doing, and the cluster does that again."""
+    """As they come. A worker that dies loses what it was doing, and the cluster does that again. After several
+    deaths it gives up all machines that were with those workers; these are tried again one by one, which tells
+    the machine that no worker survives from the others."""
     from distributed import as_completed
+    from distributed.scheduler import KilledWorker
 
-    futures = [client.submit(work, task, machine, keys[machine.name], options, pure=False) for machine in machines]
-    for future in as_completed(futures):
-        yield future.result()
+    def submit(machine: Machine) -> Any:
+        return client.submit(work, task, machine, keys[machine.name], options, pure=False)
+
+    futures = {submit(machine): machine for machine in machines}
+    suspects = []
+    for future in as_completed(list(futures)):
+        try:
+            yield future.result()
+        except KilledWorker:
+            suspects.append(futures[future])
         future.release()
+    for machine in suspects:
+        try:
+            yield submit(machine).result()
+        except KilledWorker:
+            why = "every worker that had it died, for want of memory perhaps"
+            yield Entry(machine.name, keys[machine.name], 0.0, why, [])
 
 
 @contextmanager

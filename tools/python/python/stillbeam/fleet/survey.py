@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from .differences import Difference, differences, in_common_order
 from .journal import Entry
-from .page import page
+from .page import content, page
 
 if TYPE_CHECKING:
     import pandas
@@ -62,4 +62,4 @@ class Survey:
         return len(self.entries)
 
     def _repr_html_(self) -> str:
-        return page(self.entries, self.differences)
+        return content(self.entries, self.differences)

@@ -11,6 +11,7 @@ use thiserror::Error;
 
 use crate::board::BoardError;
 use crate::data::DataError;
+use crate::live::LiveError;
 use crate::project::ProjectError;
 use crate::tuning::TuningError;
 
@@ -62,6 +63,9 @@ pub enum CliError {
     /// A board.
     #[error(transparent)]
     Board(#[from] BoardError),
+    /// The live page.
+    #[error(transparent)]
+    Live(#[from] LiveError),
     /// A project.
     #[error(transparent)]
     Project(#[from] ProjectError),

@@ -5,6 +5,7 @@
 //! | arguments become work, one file per subcommand | [`commands`] |
 //! | a board is anything that speaks the console protocol over bytes | [`board`] |
 //! | what a board streamed becomes a recording | [`board_recording`] |
+//! | a board on a local page | [`live`] |
 //! | a folder for one machine, which says once what is always the same | [`project`] |
 //! | the main job, from a sweep to a still beam | [`demo`] |
 //! | the paper's tables and figures, made again | [`paper`] |
@@ -34,6 +35,7 @@ mod extended_move;
 
 pub mod identification;
 pub mod length;
+pub mod live;
 pub mod merging;
 pub mod motion_refusal;
 pub mod outputs;

@@ -10,6 +10,8 @@ mod decays_together;
 mod demo;
 mod foreign_tables;
 mod identify_round_trip;
+mod live;
+mod live_browser;
 mod matrices;
 mod merge;
 mod motion_refusals;

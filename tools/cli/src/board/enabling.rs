@@ -127,6 +127,15 @@ impl Session {
     /// # Errors
     /// As [`Session::enable_drive`].
     pub fn enable_virtual_drive(&mut self) -> Result<(), BoardError> {
+        self.say_what_a_virtual_drive_lacks()?;
+        self.enable_drive()
+    }
+
+    /// The same without letting the drive run.
+    ///
+    /// # Errors
+    /// As [`Session::command`].
+    pub(crate) fn say_what_a_virtual_drive_lacks(&mut self) -> Result<(), BoardError> {
         let status = self.command("status")?;
         let lacks =
             |what: &str| status.line("lacking").is_some_and(|line| line.split(' ').any(|word| word == what));
@@ -141,7 +150,7 @@ impl Session {
             let nm: f64 = status.line("setpoint_nm").and_then(|text| text.parse().ok()).unwrap_or(0.0);
             self.command_when_ready(&format!("position set {}", nm / 1e6))?;
         }
-        self.enable_drive()
+        Ok(())
     }
 
     fn wait_for_drive(&mut self, wanted: &[&str]) -> Result<(), BoardError> {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | a serial port: USB adapter, USB device, pseudo-terminal | [`serial`] |
 //! | the firmware's core in this process, on its own clock | [`in_process`] |
+//! | the same on the clock of the wall | [`paced`] |
 //! | the firmware image on an emulated board | [`emulated`] |
 //!
 //! On top of any of them, [`session`] sends commands and sorts replies from telemetry, [`motion`] runs a
@@ -15,6 +16,7 @@ pub mod error;
 pub mod in_process;
 mod interrupt;
 pub mod motion;
+pub mod paced;
 mod ram_flash;
 pub mod receiver;
 pub mod serial;
@@ -26,6 +28,7 @@ use std::time::Duration;
 
 pub use enabling::{Consent, Enabled};
 pub use error::BoardError;
+pub use interrupt::StopLine;
 pub use motion::{Gap, StreamedMotion};
 pub use session::{Reply, Session};
 pub use target::BoardTarget;

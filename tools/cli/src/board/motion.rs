@@ -174,8 +174,12 @@ impl Session {
         }
     }
 
-    /// In frames, or as text where the firmware has none.
-    fn start_stream(&mut self, decimation: u32) -> Result<(), BoardError> {
+    /// Switches telemetry of every `decimation`-th tick on, in frames, or as text where the firmware has
+    /// none.
+    ///
+    /// # Errors
+    /// As [`Session::command`].
+    pub fn start_stream(&mut self, decimation: u32) -> Result<(), BoardError> {
         match self.command(&format!("stream on {decimation} frames")) {
             Err(BoardError::Refused { code, .. }) if code == "syntax" => {
                 self.command(&format!("stream on {decimation}"))?;

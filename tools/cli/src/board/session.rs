@@ -9,7 +9,7 @@ use stillbeam_firmware::real_time::RealTimeByte;
 use stillbeam_firmware::shaper::uploaded::crc32;
 use stillbeam_firmware::telemetry::Sample;
 
-use super::interrupt::{Interrupt, Listening};
+use super::interrupt::{Asked, Interrupt, Listening, StopLine};
 use super::receiver::{Received, Receiver};
 use super::{BoardError, ByteLink};
 
@@ -122,6 +122,16 @@ impl Session {
     /// As [`Session::start`].
     pub fn start_stopped_by(link: Box<dyn ByteLink>, asked: Arc<AtomicBool>) -> Result<Self, BoardError> {
         Self::shake_hands(link, HANDSHAKE_PATIENCE, Interrupt::Flag(asked))
+    }
+
+    /// The same for a program that goes on after a stop: whoever pulls `stops` stops the machine, whatever
+    /// this conversation waits for.
+    ///
+    /// # Errors
+    /// As [`Session::start`].
+    pub fn start_with_stop_line(link: Box<dyn ByteLink>, stops: StopLine) -> Result<Self, BoardError> {
+        let served = stops.pulls();
+        Self::shake_hands(link, HANDSHAKE_PATIENCE, Interrupt::Line(stops, served))
     }
 
     fn shake_hands(
@@ -315,6 +325,15 @@ impl Session {
         }
     }
 
+    /// The telemetry that has come, waiting for some at most `patience` on the link's clock.
+    ///
+    /// # Errors
+    /// [`BoardError::Io`].
+    pub fn samples_within(&mut self, patience: Duration) -> Result<Vec<Sample>, BoardError> {
+        let first = self.next_sample(self.link.clock() + patience)?;
+        Ok(first.into_iter().chain(self.samples.drain(..)).collect())
+    }
+
     /// What the board said of faults since the last time this was asked: `NAME tick=N
     /// drive=enabled|disabled`.
     pub fn take_faults(&mut self) -> Vec<String> {
@@ -322,7 +341,7 @@ impl Session {
     }
 
     /// How many frames came damaged since the last time this was asked.
-    pub(super) fn take_damaged_frames(&mut self) -> u64 {
+    pub(crate) fn take_damaged_frames(&mut self) -> u64 {
         std::mem::take(&mut self.damaged_frames)
     }
 
@@ -353,7 +372,7 @@ impl Session {
         BoardError::Timeout { board: self.board().to_owned(), what, waited }
     }
 
-    pub(super) fn unexpected(&self, command: &str, found: &str, expected: &'static str) -> BoardError {
+    pub(crate) fn unexpected(&self, command: &str, found: &str, expected: &'static str) -> BoardError {
         let board = self.board().to_owned();
         BoardError::Protocol { board, command: command.to_owned(), found: found.to_owned(), expected }
     }
@@ -418,8 +437,11 @@ impl Session {
 
     /// Stops the machine where a person asks for it, and tells the board that somebody is there.
     fn look_after_motion(&mut self) -> Result<(), BoardError> {
-        if self.interrupt.take() {
+        let asked = self.interrupt.take();
+        if asked != Asked::Nothing {
             self.send(&[RealTimeByte::STOP])?;
+        }
+        if asked == Asked::StopAndEnd {
             return Err(BoardError::Interrupted { board: self.board().to_owned() });
         }
         let now = self.link.clock();
@@ -435,7 +457,7 @@ impl Session {
     ///
     /// # Errors
     /// As [`Session::command`], but for firmware that does not know the setting.
-    pub(super) fn keep_alive(&mut self) -> Result<(), BoardError> {
+    pub(crate) fn keep_alive(&mut self) -> Result<(), BoardError> {
         let asks = match self.command("get link.timeout_ms") {
             Ok(reply) => !reply.lines.iter().any(|line| line.starts_with("link.timeout_ms = 0 ")),
             Err(BoardError::Refused { .. }) => false,

@@ -9,6 +9,7 @@ pub mod demo;
 pub mod diagnose;
 pub mod flash;
 pub mod identify;
+pub mod live;
 pub mod merge;
 pub mod model;
 pub mod new;
@@ -66,6 +67,7 @@ enum Command {
     Model(model::ModelArgs),
     Console(console::ConsoleArgs),
     Record(record::RecordArgs),
+    Live(live::LiveArgs),
     Upload(upload::UploadArgs),
     Flash(flash::FlashArgs),
     Demo(demo::DemoArgs),
@@ -109,6 +111,7 @@ impl Cli {
             Command::Model(args) => args.run(streams),
             Command::Console(args) => args.run(streams),
             Command::Record(args) => args.run(streams),
+            Command::Live(args) => args.run(streams),
             Command::Upload(args) => args.run(streams),
             Command::Flash(args) => args.run(streams),
             Command::Demo(args) => args.run(streams),

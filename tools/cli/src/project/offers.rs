@@ -44,9 +44,9 @@ pub struct Offers {
 }
 
 /// The commands that take something of a project.
-pub const COMMANDS: [&str; 11] = [
+pub const COMMANDS: [&str; 12] = [
     "identify", "tune", "diagnose", "shape", "plan", "apply", "simulate", "model", "console", "record",
-    "upload",
+    "live", "upload",
 ];
 
 impl Project {
@@ -105,7 +105,7 @@ impl Project {
             "upload" => {
                 offering.reads("table", table, &[]).port();
             }
-            "console" => {
+            "console" | "live" => {
                 offering.port();
             }
             _ => {}

@@ -1,5 +1,9 @@
 //! Runs the command as a person would.
 
+pub mod browser;
+pub mod live;
+pub mod web;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

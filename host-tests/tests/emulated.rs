@@ -6,6 +6,7 @@ mod emulator_encoder;
 mod emulator_faults;
 mod emulator_homing;
 mod emulator_link;
+mod emulator_live;
 mod emulator_option_bytes;
 mod emulator_plan;
 mod emulator_reboot;

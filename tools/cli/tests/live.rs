@@ -6,6 +6,10 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use serde_json::json;
+use stillbeam::board::ByteLink;
+use stillbeam::board::in_process::InProcessBoard;
+use stillbeam::board::paced::PacedBoard;
+use stillbeam_firmware::control::{Inputs, TickOutput};
 use support::live::{Page, Site};
 use support::web::{Socket, request};
 use support::{refused, stillbeam};
@@ -269,6 +273,61 @@ fn a_shaper_is_previewed_by_anybody_and_applied_as_it_was_previewed() {
         json!({ "order": "apply", "modes": [{ "kind": "zvd", "frequency_hz": -1, "damping_ratio": 0 }] });
     let refused = site.post("order", &page.name, &wrong);
     assert!(refused.status == 409 && refused.body.contains("mode 1"), "{}", refused.body);
+}
+
+/// A machine with a mode at 8 Hz behind the board's encoder.
+fn ringing_core() -> Box<dyn ByteLink> {
+    let (omega, damping, tick_s) = (std::f64::consts::TAU * 8.0, 0.05, 1.0 / 4000.0);
+    let (mut position_mm, mut velocity) = (0.0, 0.0);
+    let mut core = InProcessBoard::wired(Box::new(move |last: Option<&TickOutput>| {
+        let setpoint_mm = last.map_or(0.0, |output| f64::from(output.setpoint.0) * 1e-6);
+        velocity += tick_s * (omega * omega * (setpoint_mm - position_mm) - 2.0 * damping * omega * velocity);
+        position_mm += tick_s * velocity;
+        // The counter has 16 bits.
+        let counter = (1000.0 * position_mm).round() as i32 as u16;
+        Inputs { encoder_counter: counter, ..Inputs::default() }
+    }));
+    for line in ["set encoder.counts_per_mm 1000\r", "apply\r"] {
+        core.write_all(line.as_bytes()).unwrap();
+        core.pause(Duration::from_millis(100));
+    }
+    Box::new(PacedBoard::new(core))
+}
+
+#[test]
+fn a_sweep_shows_the_mode_of_the_machine_as_it_comes_to_it() {
+    let site = Site::of(ringing_core);
+    let page = Page::open(&site);
+    page.take_over(&site);
+    let shown = || {
+        let shown = site.post("response", "", &json!({}));
+        assert_eq!(shown.status, 200, "{}", shown.body);
+        serde_json::from_str::<serde_json::Value>(&shown.body).unwrap()
+    };
+    assert!(site.post("response", "", &json!({})).body.contains("no sweep yet"));
+    let sweep = json!({
+        "order": "sweep", "from_mm": 0.0, "from_hz": 2.0, "to_hz": 20.0, "seconds": 8.0, "amplitude_mm": 0.2
+    });
+    let begun = site.post("order", &page.name, &sweep);
+    assert_eq!(begun.status, 200, "{}", begun.body);
+    let sweeping = page.wait("a sweep", |frame| frame["state"] == "sweeping");
+    let later = sweeping["tick"].as_u64().unwrap() + 12_000;
+    page.wait("a part of it", |frame| frame["tick"].as_u64().unwrap() > later);
+    let part = shown();
+    page.wait("its end", |frame| frame["state"] == "rest");
+    let whole = shown();
+    let reached = |shown: &serde_json::Value| shown["reached_hz"].as_f64().unwrap();
+    assert!(reached(&part) < 12.0 && (reached(&whole) - 20.0).abs() < 1e-6, "{part}");
+    let points = |shown: &serde_json::Value| shown["curve"].as_array().unwrap().len();
+    assert!(points(&part) > 3 && points(&part) < points(&whole));
+    let curve = whole["curve"].as_array().unwrap().iter();
+    let gains: Vec<[f64; 2]> =
+        curve.map(|point| [0, 1].map(|place| point[place].as_f64().unwrap())).collect();
+    let top = gains.iter().max_by(|one, other| one[1].total_cmp(&other[1])).unwrap();
+    assert!((top[0] - 8.0).abs() < 0.4 && top[1] > 5.0, "{top:?}");
+    let low = gains.iter().find(|point| point[0] > 3.0).unwrap();
+    // 1 / (1 − (3/8)²), far below the mode.
+    assert!((low[1] - 1.16).abs() < 0.1, "{low:?}");
 }
 
 #[test]

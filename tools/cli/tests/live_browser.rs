@@ -8,43 +8,20 @@ use support::live::{Page, Site};
 /// Ticks of the core in 100 ms.
 const TICKS_OF_100_MS: u32 = 400;
 
-/// Presses a button of the page.
-fn click(browser: &mut Browser, id: &str) {
-    browser.wait(&format!("!by('{id}').disabled"));
-    browser.value(&format!("by('{id}').click()"));
-}
-
-/// Fills a field as typing does.
-fn fill(browser: &mut Browser, field: &str, value: &str) {
-    let typed = "new Event('input', { bubbles: true })";
-    browser.value(&format!("{{ const it = {field}; it.value = '{value}'; it.dispatchEvent({typed}); }}"));
-}
-
-/// Enables the drive and begins a move at 100 mm/s; the number of a frame in which it moves.
-fn begin(browser: &mut Browser, viewer: &Page, to_mm: f64) -> u64 {
-    click(browser, "enable");
-    browser.wait("frame.drive.state === 'enabled' && frame.state === 'rest'");
-    fill(browser, "by('velocity')", "100");
-    fill(browser, "by('target')", &to_mm.to_string());
-    browser.wait(&format!("by('way').textContent.includes('to {to_mm:.3} mm')"));
-    browser.value("by('move').requestSubmit()");
-    viewer.wait("the move", |frame| frame["state"] == "moving")["number"].as_u64().unwrap()
-}
-
 #[test]
 fn the_page_enables_moves_and_stops_by_its_button_and_by_a_key() {
     let Some(mut browser) = Browser::start() else { return };
     let site = Site::start();
     let viewer = Page::open(&site);
-    browser.open(&site.url());
-    browser.wait("page !== '' && frame !== null && facts !== null");
+    browser.open_live(&site.url());
     browser.wait("by('enable').disabled && !by('control').disabled");
     assert_ne!(viewer.now()["drive"]["state"], "enabled", "a page that is opened enables nothing");
-    click(&mut browser, "control");
+    browser.click("control");
     let button = "{ const shown = frame.tick; by('stop').click(); shown }";
     let mut presses = Vec::new();
     for (attempt, to_mm) in [200.0, -200.0, 200.0, -200.0].into_iter().enumerate() {
-        let moving = begin(&mut browser, &viewer, to_mm);
+        browser.begin_move(to_mm);
+        let moving = viewer.wait("the move", |frame| frame["state"] == "moving")["number"].as_u64().unwrap();
         let shown = if attempt % 2 == 0 {
             browser.value(button)
         } else {
@@ -70,18 +47,17 @@ fn the_page_enables_moves_and_stops_by_its_button_and_by_a_key() {
 fn the_page_previews_a_shaper_while_it_is_changed_and_fits_a_phone_in_light_and_dark() {
     let Some(mut browser) = Browser::start() else { return };
     let site = Site::start();
-    browser.open(&site.url());
-    browser.wait("page !== '' && frame !== null && facts !== null");
-    click(&mut browser, "control");
+    browser.open_live(&site.url());
+    browser.click("control");
     browser.wait("controls");
     let field = |name: &str| format!("document.querySelector('[data-mode=\"1\"] [name={name}]')");
     for (name, value) in [("kind", "zvd"), ("frequency_hz", "6.9"), ("damping_ratio", "0.0059")] {
-        fill(&mut browser, &field(name), value);
+        browser.fill(&field(name), value);
     }
     browser.wait("by('expected').textContent.includes('Still 0.145 s after the command ends')");
     browser.value("by('shaper').requestSubmit()");
     browser.wait("by('applied').textContent.includes('a shaper of 145.')");
-    fill(&mut browser, &field("frequency_hz"), "13.8");
+    browser.fill(&field("frequency_hz"), "13.8");
     browser.wait("by('expected').textContent.includes('Still 0.072')");
     let mut grounds = Vec::new();
     for is_dark in [false, true] {

@@ -15,6 +15,7 @@ use super::frame::{DriveWords, Frame};
 use super::kept::lost_between;
 use super::orders::{Doer, Order};
 use super::picture::Picture;
+use super::response::Sweep;
 use super::settings::LiveSettings;
 use crate::board::{BoardError, Session};
 
@@ -193,10 +194,13 @@ impl BoardSide {
         let mut doer = Doer { session, stops, stops_before, is_virtual: self.is_virtual };
         let done = doer.perform(&order);
         if done.is_ok() {
-            match order {
-                Order::Move { .. } => self.own_motion = OwnMotion::Asked,
-                Order::Enable => self.has_enabled = true,
-                _ => {}
+            self.has_enabled |= order == Order::Enable;
+            if order.is_motion() {
+                self.own_motion = OwnMotion::Asked;
+            }
+            if let Order::Sweep { from_hz, to_hz, seconds, .. } = order {
+                let first_tick = self.last.map_or(0, |sample| sample.tick);
+                self.desk.note_sweep(Sweep { first_tick, from_hz, to_hz, seconds });
             }
         }
         // The page may have gone.

@@ -133,6 +133,24 @@ function drawInputs(canvas, spans, newest, seconds, length) {
   }
 }
 
+// The marks of a logarithmic axis of frequency, and where they are.
+function frequencies(sheet, frame, from, to) {
+  const x = (hz) => frame.left + (Math.log(hz / from) / Math.log(to / from)) * (frame.right - frame.left);
+  const marks = [];
+  for (let decade = -2; decade <= 4; decade += 1) for (const digit of [1, 2, 5]) marks.push(digit * 10 ** decade);
+  const inside = marks.filter((hz) => hz >= from && hz <= to);
+  grid(sheet, frame, inside, x, (hz) => `${hz < 0.1 ? hz.toFixed(2) : Number(hz.toPrecision(2))} Hz`, true);
+  return x;
+}
+
+function line({ pen }, points) {
+  pen.strokeStyle = colour("setpoint");
+  pen.lineWidth = 2;
+  pen.beginPath();
+  points.forEach(([x, y], place) => (place ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+  pen.stroke();
+}
+
 // `curve` is [[hertz, per cent], ...], `modes` the frequencies that are marked.
 function drawSensitivity(canvas, curve, modes) {
   const sheet = cleared(canvas);
@@ -140,13 +158,9 @@ function drawSensitivity(canvas, curve, modes) {
   const frame = { left: LEFT, top: 8, right: width - RIGHT, bottom: height - 24 };
   if (!curve.length) return;
   const [from, to] = [curve[0][0], curve[curve.length - 1][0]];
-  const x = (hz) => frame.left + (Math.log(hz / from) / Math.log(to / from)) * (frame.right - frame.left);
+  const x = frequencies(sheet, frame, from, to);
   const y = (percent) => frame.bottom - (Math.min(percent, 105) / 105) * (frame.bottom - frame.top);
   grid(sheet, frame, [0, 25, 50, 75, 100], y, (percent) => `${percent} %`, false);
-  const candidates = [];
-  for (let decade = -2; decade <= 4; decade += 1) for (const digit of [1, 2, 5]) candidates.push(digit * 10 ** decade);
-  const ticks = candidates.filter((hz) => hz >= from && hz <= to);
-  grid(sheet, frame, ticks, x, (hz) => `${hz < 0.1 ? hz.toFixed(2) : Number(hz.toPrecision(2))} Hz`, true);
   pen.strokeStyle = colour("encoder");
   pen.setLineDash([4, 4]);
   pen.beginPath();
@@ -156,9 +170,21 @@ function drawSensitivity(canvas, curve, modes) {
   }
   pen.stroke();
   pen.setLineDash([]);
-  pen.strokeStyle = colour("setpoint");
-  pen.lineWidth = 2;
-  pen.beginPath();
-  curve.forEach(([hz, percent], place) => (place ? pen.lineTo(x(hz), y(percent)) : pen.moveTo(x(hz), y(percent))));
-  pen.stroke();
+  line(sheet, curve.map(([hz, percent]) => [x(hz), y(percent)]));
+}
+
+// `curve` is [[hertz, gain, degrees], ...], of which the gain is drawn, on logarithmic axes, in the whole band
+// of the sweep.
+function drawResponse(canvas, curve, [from, to]) {
+  const sheet = cleared(canvas);
+  const frame = { left: LEFT, top: 8, right: sheet.width - RIGHT, bottom: sheet.height - 24 };
+  const x = frequencies(sheet, frame, from, to);
+  const decibels = curve.map(([, gain]) => 20 * Math.log10(Math.max(gain, 1e-4)));
+  const low = Math.min(-20, ...decibels) - 3;
+  const high = Math.max(20, ...decibels) + 3;
+  const y = (level) => frame.bottom - ((level - low) / (high - low)) * (frame.bottom - frame.top);
+  const levels = [];
+  for (let level = Math.ceil(low / 20) * 20; level <= high; level += 20) levels.push(level);
+  grid(sheet, frame, levels, y, (level) => `${level} dB`, false);
+  line(sheet, curve.map(([hz], place) => [x(hz), y(decibels[place])]));
 }

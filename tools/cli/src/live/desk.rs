@@ -11,6 +11,7 @@ use tokio::sync::{Semaphore, broadcast, mpsc, oneshot, watch};
 use super::control::Control;
 use super::kept::Kept;
 use super::orders::Order;
+use super::response::Sweep;
 use super::secret::Secret;
 use super::settings::LiveSettings;
 use crate::board::StopLine;
@@ -66,6 +67,7 @@ pub struct Desk {
     control: Mutex<Control>,
     kept: Mutex<Kept>,
     settings: Mutex<Arc<LiveSettings>>,
+    sweep: Mutex<Option<Sweep>>,
 }
 
 impl Desk {
@@ -92,6 +94,7 @@ impl Desk {
             control: Mutex::default(),
             kept: Mutex::default(),
             settings: Mutex::default(),
+            sweep: Mutex::default(),
         };
         (desk, letters)
     }
@@ -138,6 +141,16 @@ impl Desk {
     /// Notes what the board is set to.
     pub fn note_settings(&self, settings: LiveSettings) {
         *self.settings.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(settings);
+    }
+
+    /// The sweep that a page has begun last.
+    pub fn sweep(&self) -> Option<Sweep> {
+        *self.sweep.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Notes a sweep that has begun.
+    pub fn note_sweep(&self, sweep: Sweep) {
+        *self.sweep.lock().unwrap_or_else(PoisonError::into_inner) = Some(sweep);
     }
 
     /// Notes the newest tick.

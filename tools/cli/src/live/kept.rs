@@ -57,6 +57,14 @@ impl Kept {
         self.len() == 0
     }
 
+    /// The samples from a tick on that lies at most half the range of ticks back.
+    pub fn since(&self, tick: u32) -> Vec<Sample> {
+        let is_since = |sample: &Sample| sample.tick.wrapping_sub(tick) <= u32::MAX / 2;
+        let is_before = |block: &Arc<[Sample]>| block.last().is_none_or(|last| !is_since(last));
+        let blocks = self.full.iter().skip_while(|block| is_before(block)).flat_map(|block| block.iter());
+        blocks.chain(&self.open).copied().filter(is_since).collect()
+    }
+
     /// All of it as what a motion streams.
     pub fn streamed(&self, tick_hz: f64, decimation: u32) -> StreamedMotion {
         let blocks = self.full.iter().flat_map(|block| block.iter());
@@ -105,6 +113,8 @@ mod tests {
         let streamed = kept.streamed(4000.0, 1);
         assert_eq!((streamed.samples.len(), kept.len()), (10_007, 10_007));
         assert_eq!(streamed.gaps, [Gap { lost: 3, tick: 10_010 }]);
+        let since: Vec<u32> = kept.since(10_006).iter().map(|sample| sample.tick).collect();
+        assert_eq!(since[..3], [10_006, 10_010, 10_011]);
         assert_eq!(streamed.samples.last().map(|sample| sample.sequence), Some(10_009));
     }
 

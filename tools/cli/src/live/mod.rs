@@ -15,7 +15,7 @@
 //! | one page controls, the others watch | [`control`], [`pages`] |
 //! | what is answered at which address | [`routes`] |
 //! | what a page may ask of the board | [`orders`] |
-//! | what it is shown | [`frame`], [`picture`], [`settings`], [`preview`] |
+//! | what it is shown | [`frame`], [`picture`], [`settings`], [`preview`], [`response`] |
 //! | every sample is kept for the recording | [`kept`] |
 
 pub mod access;
@@ -29,6 +29,7 @@ pub mod orders;
 pub mod pages;
 pub mod picture;
 pub mod preview;
+pub mod response;
 pub mod routes;
 pub mod secret;
 pub mod settings;
@@ -39,6 +40,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
+use axum::serve::ListenerExt;
 use tokio::runtime::{Builder, Runtime};
 
 use crate::board::{ByteLink, Session, StopLine};
@@ -118,6 +120,11 @@ fn start_serving(listener: TcpListener, desk: &Arc<Desk>) -> Result<Runtime, Liv
     let listener = tokio::net::TcpListener::from_std(listener)
         .map_err(|source| LiveError::Listen { port: desk.port, source })?;
     drop(entered);
+    // What is small goes out at once: a frame does not wait until the one before was acknowledged.
+    let listener = listener.tap_io(|stream| {
+        // Without it pages are a frame late.
+        let _best_effort = stream.set_nodelay(true);
+    });
     let (router, ending) = (routes::routes(desk), Arc::clone(desk));
     runtime.spawn(async move {
         let until = async move { ending.ended().await };

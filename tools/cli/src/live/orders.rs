@@ -30,6 +30,19 @@ pub enum Order {
         /// The limit of acceleration.
         acceleration_mm_s2: f64,
     },
+    /// Swing around where the page shows the axis, exponentially from one frequency to another.
+    Sweep {
+        /// Where the page has shown the command.
+        from_mm: f64,
+        /// The frequency that it begins with.
+        from_hz: f64,
+        /// The frequency that it ends with.
+        to_hz: f64,
+        /// How long it takes.
+        seconds: f64,
+        /// How far it goes to either side.
+        amplitude_mm: f64,
+    },
     /// Shape for these modes and no others.
     Apply {
         /// One or two.
@@ -40,10 +53,15 @@ pub enum Order {
 }
 
 impl Order {
+    /// Whether it moves the axis.
+    pub fn is_motion(&self) -> bool {
+        matches!(self, Self::Move { .. } | Self::Sweep { .. })
+    }
+
     /// Whether it sets something in motion or lets the drive run, so that a stop that was asked for meanwhile
     /// cancels it.
     pub fn is_cancelled_by_stop(&self) -> bool {
-        matches!(self, Self::Enable | Self::Move { .. })
+        self.is_motion() || *self == Self::Enable
     }
 }
 
@@ -76,6 +94,11 @@ impl Doer<'_> {
             Order::Apply { modes } => self.apply(modes),
             Order::Move { from_mm, to_mm, velocity_mm_s, acceleration_mm_s2 } => {
                 self.make_move(*from_mm, *to_mm, [*velocity_mm_s, *acceleration_mm_s2])
+            }
+            Order::Sweep { from_mm, from_hz, to_hz, seconds, amplitude_mm } => {
+                self.check_is_at(*from_mm)?;
+                self.go_on()?;
+                self.say(&format!("sweep exponential {from_hz} {to_hz} {seconds}s {amplitude_mm}mm"))
             }
         }
     }
@@ -118,7 +141,8 @@ impl Doer<'_> {
         Ok(answer)
     }
 
-    fn make_move(&mut self, from_mm: f64, to_mm: f64, limits: [f64; 2]) -> Result<String, String> {
+    /// Refuses where the axis is not where a person has seen it.
+    fn check_is_at(&mut self, from_mm: f64) -> Result<(), String> {
         let status = self.session.command("status").map_err(|error| words(&error))?;
         let found = status.line("command_nm").and_then(|text| text.parse::<f64>().ok());
         let is_mm = found.map_or(f64::NAN, |nm| nm / 1e6);
@@ -128,6 +152,11 @@ impl Doer<'_> {
                 "the axis is at {is_mm} mm and not where the page showed it, {from_mm} mm; look again, then move"
             ));
         }
+        Ok(())
+    }
+
+    fn make_move(&mut self, from_mm: f64, to_mm: f64, limits: [f64; 2]) -> Result<String, String> {
+        self.check_is_at(from_mm)?;
         let [velocity, acceleration] = limits;
         let lines = [
             format!("set move.velocity_mm_s {velocity}"),

@@ -144,6 +144,8 @@ function draw() {
   show("kept", `${kept.toFixed(1)} s, ${frame.kept_samples} samples`);
   show("lost", frame.lost_samples ? `${frame.lost_samples} lost on the way` : "none lost");
   showWay();
+  showSwing();
+  growResponse();
 }
 
 function spanSeconds() {
@@ -161,6 +163,7 @@ function showDrive() {
   by("clear").disabled = !controls || !hasFault;
   for (const id of ["anew", "save", "bypass"]) by(id).disabled = !controls;
   by("move").querySelector("button").disabled = !controls || state !== "enabled" || !AT_REST.includes(frame.state);
+  by("sweep").querySelector("button").disabled = by("move").querySelector("button").disabled;
   by("shaper").querySelector("button").disabled = !controls;
   const others = frame.pages - 1;
   const company = others > 0 ? `${others} other page${others > 1 ? "s" : ""} open. ` : "";
@@ -186,66 +189,6 @@ function setControl(has) {
   by("control").setAttribute("aria-pressed", String(has));
   by("control").textContent = has ? "Give up control" : "Take control";
   if (frame && facts) showDrive();
-}
-
-// ---- settings, shaper ----
-
-const modeFields = () => [...document.querySelectorAll("[data-mode]")];
-const field = (group, name) => group.querySelector(`[name="${name}"]`);
-
-function fill(settings) {
-  by("velocity").value = settings.velocity_mm_s;
-  by("acceleration").value = settings.acceleration_mm_s2;
-  modeFields().forEach((group, place) => {
-    const mode = settings.modes[place];
-    field(group, "kind").value = mode.kind;
-    field(group, "frequency_hz").value = mode.frequency_hz;
-    field(group, "damping_ratio").value = mode.damping_ratio;
-  });
-  const runs = settings.shaper === "off" || !settings.shaper_duration_ms;
-  by("applied").textContent = runs ? "On the board: no shaper." : `On the board: a shaper of ${settings.shaper_duration_ms.toFixed(1)} ms.`;
-  preview();
-}
-
-function askedModes() {
-  const read = (group) => ({
-    kind: field(group, "kind").value,
-    frequency_hz: field(group, "frequency_hz").valueAsNumber,
-    damping_ratio: field(group, "damping_ratio").valueAsNumber,
-  });
-  return modeFields().map(read).filter((mode) => mode.kind !== "off");
-}
-
-let previews = 0;
-async function preview() {
-  previews += 1;
-  const mine = previews;
-  const modes = askedModes();
-  for (const group of modeFields()) {
-    const isOff = field(group, "kind").value === "off";
-    for (const name of ["frequency_hz", "damping_ratio"]) field(group, name).disabled = isOff;
-  }
-  if (!modes.length) {
-    drawSensitivity(by("sensitivity"), [], []);
-    return show("expected", "Choose a kind for a mode to see what it leaves.");
-  }
-  const result = await ask("preview", { modes });
-  if (mine !== previews) return undefined;
-  if (!result.ok) return show("expected", result.refused);
-  const told = result.answer;
-  drawSensitivity(by("sensitivity"), told.curve, modes.map((mode) => mode.frequency_hz));
-  const s = (seconds) => `${seconds.toFixed(seconds < 10 ? 3 : 1)} s`;
-  return show(
-    "expected",
-    `Still ${s(told.settling_s)} after the command ends (to 2 % of the unshaped vibration); ${s(told.settling_if_off_s)} if a frequency ` +
-      `is 5 % off; ${s(told.settling_unshaped_s)} without a shaper. The shaper lasts ${s(told.duration_s)} and delays by ${s(told.delay_s)}.`,
-  );
-}
-
-let waiting = 0;
-function previewSoon() {
-  clearTimeout(waiting);
-  waiting = setTimeout(preview, 120);
 }
 
 // ---- what a person does ----
@@ -274,6 +217,12 @@ function listen() {
     const [velocity_mm_s, acceleration_mm_s2] = [by("velocity").valueAsNumber, by("acceleration").valueAsNumber];
     order("order", { order: "move", from_mm, to_mm, velocity_mm_s, acceleration_mm_s2 }, `Moving to ${to_mm} mm.`);
   });
+  by("sweep").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const [from_hz, to_hz, seconds, amplitude_mm] = sweepFields();
+    const from_mm = frame.command_nm / 1e6;
+    order("order", { order: "sweep", from_mm, from_hz, to_hz, seconds, amplitude_mm }, `Sweeping for ${seconds} s.`);
+  });
   by("shaper").addEventListener("submit", (event) => {
     event.preventDefault();
     const modes = askedModes();
@@ -282,11 +231,13 @@ function listen() {
   });
   by("shaper").addEventListener("input", previewSoon);
   by("target").addEventListener("input", () => frame && facts && showWay());
-  window.addEventListener("resize", () => {
+  const redraw = () => {
     isDrawn = 0;
     requestAnimationFrame(draw);
     previewSoon();
-  });
+  };
+  window.addEventListener("resize", redraw);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   // Esc stops wherever the cursor is; the space bar where it does not type, press or choose something else.
   document.addEventListener("keydown", (event) => {
     const element = document.activeElement;

@@ -18,6 +18,7 @@ use super::desk::Desk;
 use super::orders::Order;
 use super::pages::watch;
 use super::preview::{AskedMode, Preview, modes};
+use super::response::GrowingResponse;
 use crate::board_recording::recording;
 
 /// Bytes of the largest request.
@@ -38,6 +39,7 @@ pub fn routes(desk: &Arc<Desk>) -> Router {
         ("/{token}/", "text/html; charset=utf-8", include_str!("page.html")),
         ("/{token}/page.css", "text/css; charset=utf-8", include_str!("page.css")),
         ("/{token}/page.js", "text/javascript; charset=utf-8", include_str!("page.js")),
+        ("/{token}/panels.js", "text/javascript; charset=utf-8", include_str!("panels.js")),
         ("/{token}/curves.js", "text/javascript; charset=utf-8", include_str!("curves.js")),
         ("/{token}/icon.svg", "image/svg+xml", include_str!("icon.svg")),
     ];
@@ -52,6 +54,7 @@ pub fn routes(desk: &Arc<Desk>) -> Router {
         .route("/{token}/control/release", post(release_control))
         .route("/{token}/order", post(order))
         .route("/{token}/preview", post(preview))
+        .route("/{token}/response", post(response))
         .route("/{token}/recording/anew", post(record_anew))
         .route("/{token}/recording/save", post(save_recording))
         .layer(DefaultBodyLimit::max(MOST_BYTES))
@@ -143,6 +146,21 @@ async fn preview(State(desk): Shared, Json(asked): Json<AskedShaper>) -> Respons
         at_work(&desk, move || modes(&asked.modes).and_then(|modes| Preview::new(&modes, rate_hz))).await;
     match previewed {
         Ok(preview) => Json(preview).into_response(),
+        Err(refused) => answer(Err(refused)),
+    }
+}
+
+/// What the last sweep has shown so far.
+async fn response(State(desk): Shared) -> Response {
+    let shared = Arc::clone(&desk);
+    let shown = at_work(&desk, move || {
+        let sweep = shared.sweep().ok_or_else(|| "there was no sweep yet; begin one".to_owned())?;
+        // The lock is gone before the arithmetic begins.
+        let samples = shared.kept().since(sweep.first_tick);
+        GrowingResponse::new(&sweep, &samples, shared.facts.tick_hz)
+    });
+    match shown.await {
+        Ok(shown) => Json(shown).into_response(),
         Err(refused) => answer(Err(refused)),
     }
 }

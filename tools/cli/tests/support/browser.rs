@@ -65,12 +65,6 @@ impl Browser {
         Some(browser)
     }
 
-    /// Opens an address and waits until its script has run.
-    pub fn open(&mut self, url: &str) {
-        self.call("Page.navigate", json!({ "url": url }));
-        self.wait("document.readyState === 'complete' && location.href !== 'about:blank'");
-    }
-
     /// The value of an expression on the page.
     pub fn value(&mut self, expression: &str) -> Value {
         let asked = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
@@ -84,6 +78,34 @@ impl Browser {
             assert!(Instant::now() < ends, "{expression}: {:?}", self.complaints);
             std::thread::sleep(Duration::from_millis(20));
         }
+    }
+
+    /// Presses a button of the page as soon as it may be pressed.
+    pub fn click(&mut self, id: &str) {
+        self.wait(&format!("!by('{id}').disabled"));
+        self.value(&format!("by('{id}').click()"));
+    }
+
+    /// Fills a field of the page as typing does.
+    pub fn fill(&mut self, field: &str, value: &str) {
+        let typed = "new Event('input', { bubbles: true })";
+        self.value(&format!("{{ const it = {field}; it.value = '{value}'; it.dispatchEvent({typed}); }}"));
+    }
+
+    /// Opens the live page and waits until it shows the board.
+    pub fn open_live(&mut self, url: &str) {
+        self.call("Page.navigate", json!({ "url": url }));
+        self.wait("typeof by === 'function' && page !== '' && frame !== null && facts !== null");
+    }
+
+    /// On a live page that controls: enables the drive and begins a move at 100 mm/s.
+    pub fn begin_move(&mut self, to_mm: f64) {
+        self.click("enable");
+        self.wait("frame.drive.state === 'enabled' && frame.state === 'rest'");
+        self.fill("by('velocity')", "100");
+        self.fill("by('target')", &to_mm.to_string());
+        self.wait(&format!("by('way').textContent.includes('to {to_mm:.3} mm')"));
+        self.value("by('move').requestSubmit()");
     }
 
     /// Presses a key.

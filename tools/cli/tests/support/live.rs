@@ -7,6 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
+use stillbeam::board::ByteLink;
 use stillbeam::board::in_process::InProcessBoard;
 use stillbeam::board::paced::PacedBoard;
 use stillbeam::live::{LiveOptions, serve};
@@ -32,6 +33,11 @@ pub struct Site {
 impl Site {
     /// Serves the core.
     pub fn start() -> Self {
+        Self::of(|| Box::new(PacedBoard::new(InProcessBoard::new())))
+    }
+
+    /// Serves a board without hardware.
+    pub fn of(open: impl FnOnce() -> Box<dyn ByteLink> + Send + 'static) -> Self {
         let temporary = tempfile::tempdir().unwrap();
         let folder = temporary.path().to_owned();
         let options = LiveOptions { port: 0, folder: folder.clone(), is_virtual: true };
@@ -39,8 +45,7 @@ impl Site {
         let (opened, address) = mpsc::channel();
         let ending = Arc::clone(&closing);
         let thread = std::thread::spawn(move || {
-            let link = Box::new(PacedBoard::new(InProcessBoard::new()));
-            serve(link, &options, &ending, &mut |url| opened.send(url.to_owned()).unwrap()).unwrap();
+            serve(open(), &options, &ending, &mut |url| opened.send(url.to_owned()).unwrap()).unwrap();
         });
         let url = address.recv_timeout(PATIENCE).unwrap();
         let (address, token) = url.strip_prefix("http://").unwrap().split_once('/').unwrap();

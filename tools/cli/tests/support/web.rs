@@ -70,6 +70,8 @@ impl Socket {
     pub fn open(address: &str, path: &str, headers: &[(&str, &str)]) -> Result<Self, u16> {
         let mut stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
+        // As browsers do: a small message does not wait until the one before was acknowledged.
+        stream.set_nodelay(true).unwrap();
         let upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
                        Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
         write_head(&mut stream, &format!("GET {path}"), headers, upgrade);

@@ -233,6 +233,7 @@ function listen() {
   by("target").addEventListener("input", () => frame && facts && showWay());
   const redraw = () => {
     isDrawn = 0;
+    if (!by("response").hidden) grown.sweeping = true;
     requestAnimationFrame(draw);
     previewSoon();
   };

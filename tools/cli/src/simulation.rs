@@ -15,12 +15,13 @@ use crate::base_move::BaseMove;
 use crate::command_signal::{MotionCommand, shape_recorded, shaped_setpoints_m};
 use crate::error::CliError;
 
-/// Between the samples of an input at a lower rate than this there are straight lines of this rate, hertz,
-/// ...
+/// Straight lines between two samples of an input: they are off a sine of four samples per period by less
+/// than 1e-4 of it, and of twenty by 2e-6.
+const PARTS: f64 = 64.0;
+/// Fewer where all of them would be more than this, ...
+const MOST_LINES: f64 = 4e6;
+/// ... but as many as make this rate, hertz.
 const FINE_HZ: f64 = 4000.0;
-/// ... or this many to an interval: then they are off a sine of four samples per period by less than 1e-4 of
-/// it.
-const MOST_PARTS: f64 = 64.0;
 /// Distances from even stamps, as a share of the interval, that are rounding.
 const EVEN: f64 = 5e-3;
 
@@ -165,7 +166,8 @@ impl Simulation<'_> {
             return Ok(None);
         };
         let rate_hz = (recording.len() as f64 - 1.0) / (last_s - first_s);
-        let parts = (FINE_HZ / rate_hz).ceil().min(MOST_PARTS);
+        let least = (FINE_HZ / rate_hz).ceil().min(PARTS);
+        let parts = (MOST_LINES / recording.len() as f64).floor().clamp(least, PARTS);
         let usable = recording.is_uniform(EVEN) && samples.iter().all(|sample| sample.is_finite());
         if !usable || parts.is_nan() || parts < 2.0 {
             return Ok(None);

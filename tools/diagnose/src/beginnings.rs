@@ -140,10 +140,15 @@ mod tests {
         model
     }
 
-    /// A second of rest, one of force, and where the base rolls to.
+    /// A second of rest, one of force and one of force back, to the stops on either side: no shift of the base
+    /// makes up for their distance. Then where the base rolls to.
     fn pushed(machine: &Model, size_n: f64) -> Recording {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
-        let push = |t: &f64| if (1.0..2.0).contains(t) { size_n } else { 0.0 };
+        let push = |t: &f64| match *t {
+            t if (1.0..2.0).contains(&t) => size_n,
+            t if (2.0..3.0).contains(&t) => -size_n,
+            _ => 0.0,
+        };
         let force = time_s.iter().map(push).collect();
         let commanded = Recording::new("pushed", time_s).with_column("force_N", force);
         let moved = stillbeam_plant::simulate(machine, &commanded).unwrap();

@@ -104,6 +104,7 @@ pub(crate) fn settle(
     floors: Vec<Option<NoiseFloor>>,
 ) -> Result<Compared, DiagnoseError> {
     study.weigh_by_floors(&floors);
+    study.halve_steps(before);
     let candidates: Vec<FreeParameter> = free_parameters(given);
     let (refitted, undetermined) = refit_from(&study.stack(Role::Train), given, &candidates, before)?;
     let refitted_on_all = study.on_all(&refitted.hypothesis, &refitted.initial_states(), &[])?;

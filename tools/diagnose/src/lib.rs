@@ -32,6 +32,7 @@ mod diagnosis;
 mod drawn_error;
 mod effort;
 mod error;
+mod fine_steps;
 mod fit;
 mod frequency_scan;
 mod held_command;

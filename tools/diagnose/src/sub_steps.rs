@@ -20,11 +20,18 @@ pub(crate) struct SubSteps {
     /// The fastest motion in the recorded band, hertz.
     band_hz: f64,
     is_driven: bool,
+    /// How often all of them are halved beside.
+    pub(crate) halvings: u32,
 }
 
 impl SubSteps {
     pub(crate) fn new(band_hz: f64, is_driven: bool) -> Self {
-        Self { band_hz, is_driven }
+        Self { band_hz, is_driven, halvings: 0 }
+    }
+
+    /// The same, all halved once more.
+    pub(crate) fn halved(self) -> Self {
+        Self { halvings: self.halvings + 1, ..self }
     }
 
     /// The longest sub-steps of a model: as long as what moves in the recorded band allows. Modes are
@@ -39,7 +46,8 @@ impl SubSteps {
         let smooth_s = if self.is_driven { driven } else { free } * per_radian_s;
         StepLengths {
             short_s: (radians * per_radian_s).clamp(shortest_s, longest_s),
-            smooth_s: smooth_s.max(shortest_s),
+            smooth_s: Some(smooth_s.max(shortest_s)),
+            halvings: self.halvings,
         }
     }
 }

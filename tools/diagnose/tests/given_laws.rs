@@ -101,3 +101,51 @@ fn the_machine_without_what_was_found_keeps_what_was_given() {
         assert!(apart < 1.2e-5 && change > 1e-3, "{}: {apart} of {change}", bare.name);
     }
 }
+
+/// Two bodies with a spring between them that hardens to ten times its stiffness.
+const HARDENING_PAIR: &str = r#"
+    schema = 1
+    kind = "lumped"
+    body = [{ name = "base", mass = 2.0 }, { name = "tip", mass = 0.5 }]
+    spring = [
+        { between = ["ground", "base"], stiffness = 400.0 },
+        { between = ["base", "tip"], stiffness = 900.0 },
+    ]
+    damper = [
+        { between = ["ground", "base"], damping = 3.0 },
+        { between = ["base", "tip"], damping = 0.6 },
+    ]
+    input = { column = "force_N", body = "base", hold = "first" }
+    output = [{ column = "base_m", body = "base" }, { column = "tip_m", body = "tip" }]
+    [[physics]]
+    id = "cubic_stiffness"
+    location = "base-tip"
+    parameters = { stiffness = 4e6 }
+"#;
+
+fn swept(model: &Model, amplitude: f64, until_hz: f64, seed: u64) -> Recording {
+    let time_s: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+    let rate_hz_s = (until_hz - 0.5) / 40.0;
+    let force = |t: f64| amplitude * t.min(1.0) * (std::f64::consts::TAU * (0.5 + rate_hz_s * t) * t).sin();
+    let samples = time_s.iter().map(|t| force(*t)).collect();
+    let driven = Recording::new(format!("run {seed}"), time_s).with_column("force_N", samples);
+    let mut recording = simulate(model, &driven).unwrap();
+    let mut random = Xoshiro256PlusPlus::seed_from_u64(seed);
+    for column in recording.columns.iter_mut().filter(|column| column.name != "force_N") {
+        for value in &mut column.samples {
+            let draw: f64 = StandardNormal.sample(&mut random);
+            *value += 3e-6 * draw;
+        }
+    }
+    recording
+}
+
+#[test]
+fn what_steps_get_wrong_of_a_strong_law_is_no_further_law_however_quiet_the_sensor() {
+    let model = Model::from_toml("pair.toml", HARDENING_PAIR).unwrap();
+    let train = [swept(&model, 60.0, 9.0, 1), swept(&model, 40.0, 7.0, 2)];
+    let held_out = [swept(&model, 50.0, 8.0, 3)];
+    let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Adequate, "{}", found.sentence);
+    assert!(found.effects.is_empty(), "{}", found.sentence);
+}

@@ -16,8 +16,8 @@ use crate::state_space::{ForceSeries, StateSpace};
 
 /// A recording's input, checked once, and the stamps at which outputs are wanted.
 ///
-/// [`Rerun::outputs`] computes what [`simulate()`](crate::simulate()) computes, to rounding and without
-/// copies, checks of the recording and columns.
+/// [`Rerun::outputs`] computes what [`simulate()`](crate::simulate()) computes in steps of the same length,
+/// to rounding and without copies, checks of the recording and columns.
 #[derive(Debug, Clone)]
 pub struct Rerun {
     time_s: Vec<f64>,
@@ -38,8 +38,10 @@ pub struct StepLengths {
     /// The longest where forces are not smooth, seconds: a contact is met, dry friction turns round. As
     /// [`SimulateOptions::longest_step_s`](crate::SimulateOptions::longest_step_s).
     pub short_s: f64,
-    /// The longest where they are, seconds.
-    pub smooth_s: f64,
+    /// The longest where they are, seconds; `None`: as where they are not.
+    pub smooth_s: Option<f64>,
+    /// How often all steps are halved beside: once makes a quarter of the error, at most.
+    pub halvings: u32,
 }
 
 impl Rerun {
@@ -115,7 +117,8 @@ impl Rerun {
         steps: Option<StepLengths>,
     ) -> Result<Machine<'m>, PlantError> {
         let short_s = steps.map(|steps| steps.short_s);
-        Machine::new(model, start, self.closed(), short_s, self.guide.as_deref())
+        let machine = Machine::new(model, start, self.closed(), short_s, self.guide.as_deref())?;
+        Ok(machine.with_halvings(steps.map_or(0, |steps| steps.halvings)))
     }
 
     /// The linear part of a model as it is simulated here: held to a recorded motion where one guides it.
@@ -180,7 +183,7 @@ impl Rerun {
         let look = Look {
             every: self.every,
             between: sensing.looks_between(),
-            smooth_s: steps.map(|steps| steps.smooth_s),
+            smooth_s: steps.and_then(|steps| steps.smooth_s),
         };
         let shares = machine.shares_of_input();
         let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
@@ -319,7 +322,8 @@ impl Rerun {
             return Ok(None);
         }
         machine.watch_points();
-        let look = Look { every: self.every, between: false, smooth_s: steps.map(|steps| steps.smooth_s) };
+        let smooth_s = steps.and_then(|steps| steps.smooth_s);
+        let look = Look { every: self.every, between: false, smooth_s };
         let run = machine.run_lean(&stamps, (self.driving(), self.hold), look)?;
         let wanted = |samples: &[f64]| run.stamps.iter().map(|&stamp| samples[stamp]).collect::<Vec<f64>>();
         let points = run.outputs.chunks_exact(2).map(|rows| [wanted(&rows[0]), wanted(&rows[1])]).collect();

@@ -7,7 +7,7 @@ use crate::advances::Advances;
 use crate::catalogue::{Action, action};
 use crate::error::PlantError;
 use crate::model::{DriveLimits, FORCE, Model, Sensor};
-use crate::nonlinear::{Dense, Machine, Sensing};
+use crate::nonlinear::{Dense, Look, Machine, Run, Sensing};
 use crate::prescribed_base::ModalState;
 use crate::stamps::Stamps;
 use crate::state_space::StateSpace;
@@ -49,9 +49,10 @@ pub struct SimulateOptions {
     pub sensor_noise: bool,
     /// Another seed is another draw of that noise, for every sensor; 0 is the draw of the sensors' own seeds.
     pub noise_seed: u64,
-    /// The longest sub-step between samples, seconds, for a model with left-out physics; `None` chooses one
-    /// from the plant's fastest motion. A law that needs shorter ones takes its share of it (a play a
-    /// quarter). Half of it quarters the error.
+    /// The longest sub-step between samples, seconds, for a model with left-out physics. A law that needs
+    /// shorter ones takes its share of it (a play a quarter). Half of it quarters the error. `None` begins
+    /// with what the plant's fastest motion asks, and halves it until that changes no output by more than a
+    /// millionth of its largest value, four times at most.
     pub longest_step_s: Option<f64>,
 }
 
@@ -165,16 +166,11 @@ fn run_machine(
     output_s: &[f64],
     options: &SimulateOptions,
 ) -> Result<Columns, PlantError> {
-    if let Some(step_s) = options.longest_step_s
-        && (step_s <= 0.0 || step_s.is_nan())
-    {
-        return Err(PlantError::Rate { found_hz: 1.0 / step_s });
-    }
     let sensing = Sensing::new(model)?;
-    let start = input.first().copied().unwrap_or(0.0);
-    let machine = Machine::new(model, start, closed, options.longest_step_s, None)?;
     let resampled = options.output_rate_hz.is_some();
-    let run = machine.run(stamps, input, zero_order, resampled || sensing.looks_between())?;
+    let is_dense = resampled || sensing.looks_between();
+    let hold = if zero_order { Hold::ZeroOrder } else { Hold::FirstOrder };
+    let run = plant_run(model, stamps, (input, hold), closed, is_dense, options.longest_step_s)?;
     let at_stamps = |samples: &[f64]| run.stamps.iter().map(|&index| samples[index]).collect::<Vec<f64>>();
     let noise_seed = options.sensor_noise.then_some(options.noise_seed);
     let read = |index: usize, samples: &[f64]| {
@@ -190,9 +186,56 @@ fn run_machine(
         let mut place = 0;
         output_s.iter().map(|&time_s| dense.before(time_s, &mut place, zero_order)).collect()
     } else {
-        at_stamps(&run.input)
+        // A run that is not dense does not keep what goes into it unchanged.
+        if run.input.is_empty() { input.to_vec() } else { at_stamps(&run.input) }
     };
     Ok(Columns { input, outputs })
+}
+
+/// The plant over the stamps, every sub-step kept if `is_dense`, in sub-steps of this length or, where none
+/// is given, fine ones.
+fn plant_run(
+    model: &Model,
+    stamps: &Stamps<'_>,
+    (input, hold): (&[f64], Hold),
+    closed: Option<(&[f64], &[f64])>,
+    is_dense: bool,
+    longest_step_s: Option<f64>,
+) -> Result<Run, PlantError> {
+    let start = input.first().copied().unwrap_or(0.0);
+    let machine = || Machine::new(model, start, closed, longest_step_s, None);
+    let is_held = hold == Hold::ZeroOrder;
+    if let Some(step_s) = longest_step_s {
+        if step_s <= 0.0 || step_s.is_nan() {
+            return Err(PlantError::Rate { found_hz: 1.0 / step_s });
+        }
+        return machine()?.run(stamps, input, is_held, is_dense);
+    }
+    in_fine_steps(|halvings| {
+        let machine = machine()?.with_halvings(halvings);
+        if is_dense {
+            return machine.run(stamps, input, is_held, true);
+        }
+        let look = Look { every: 1, between: false, smooth_s: Some(machine.longest_step_s()) };
+        machine.run_lean(stamps, (input, hold), look)
+    })
+}
+
+/// Halvings of the sub-steps at most: a machine that chatters settles at no length.
+const MOST_HALVINGS: u32 = 4;
+
+/// A run whose steps, halved once more, change nothing; `run_in` makes one in steps halved so often.
+fn in_fine_steps(run_in: impl Fn(u32) -> Result<Run, PlantError>) -> Result<Run, PlantError> {
+    let mut run = run_in(0)?;
+    for halvings in 1..=MOST_HALVINGS {
+        let finer = run_in(halvings)?;
+        let is_settled = finer.is_near(&run);
+        run = finer;
+        if is_settled {
+            break;
+        }
+    }
+    Ok(run)
 }
 
 /// The free vibration from given modal states (at the first of `time_s`), the base held or the force zero.

@@ -1,5 +1,6 @@
 //! What the plant models promise, one file per subject. One program, which is linked once.
 
+mod against_runge_kutta;
 mod bad_model_files;
 mod camera;
 mod equations_basis;

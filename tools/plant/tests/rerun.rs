@@ -6,7 +6,10 @@ use crate::support;
 use std::f64::consts::TAU;
 
 use stillbeam_plant::catalogue::{Candidate, candidates, parameters_of};
-use stillbeam_plant::{Hold, InitialState, Model, Physics, Rerun, force_along, simulate};
+use stillbeam_plant::{
+    Hold, InitialState, Model, Physics, Rerun, SimulateOptions, StepLengths, force_along, simulate,
+    simulate_with,
+};
 use stillbeam_recording::Recording;
 
 use support::model_texts::{BEAM, LUMPED, MODAL, with};
@@ -55,11 +58,16 @@ fn at_work(model: &Model, candidate: &Candidate) -> Physics {
     physics
 }
 
+/// Sub-steps between which forces are taken anew, in both.
+const STEP_S: f64 = 1e-3;
+
 fn compare(model: &Model, recording: &Recording, every: usize) -> bool {
     let hold = model.input().and_then(|input| input.hold).unwrap_or_default();
     let rerun = Rerun::new(recording, model, 1).unwrap().with_hold(hold).thinned(every);
-    let lean = rerun.outputs(model, None);
-    let Ok(plain) = simulate(model, recording) else {
+    let steps = StepLengths { short_s: STEP_S, smooth_s: None, halvings: 0 };
+    let lean = rerun.outputs(model, Some(steps));
+    let options = SimulateOptions { longest_step_s: Some(STEP_S), ..SimulateOptions::default() };
+    let Ok(plain) = simulate_with(model, recording, &options) else {
         assert!(lean.is_err());
         return false;
     };

@@ -22,7 +22,7 @@ const PAIR: &str = r#"
     ]
 "#;
 /// As a fit of recordings at 100 Hz takes them.
-const STEPS: StepLengths = StepLengths { short_s: 2e-3, smooth_s: 2e-2 };
+const STEPS: StepLengths = StepLengths { short_s: 2e-3, smooth_s: Some(2e-2), halvings: 0 };
 
 /// Laws beside which the motion does not depend on every blow of the past, as it does beside stops and play.
 fn laws() -> Vec<Physics> {

@@ -76,7 +76,7 @@ fn laws() -> Vec<Physics> {
 
 /// Steps of this many radians of the fastest motion, and the usual short ones.
 fn long_steps() -> StepLengths {
-    StepLengths { short_s: 0.1 / (TAU * BAND_HZ), smooth_s: 1.0 / (TAU * BAND_HZ) }
+    StepLengths { short_s: 0.1 / (TAU * BAND_HZ), smooth_s: Some(1.0 / (TAU * BAND_HZ)), halvings: 0 }
 }
 
 /// Root mean square difference of the first outputs, in shares of the second's.
@@ -89,9 +89,9 @@ fn difference(rerun: &Rerun, model: &Model, steps: [StepLengths; 2]) -> f64 {
 
 /// What long steps and short ones leave, in shares of the motion in very short ones.
 fn errors(model: &Model, recording: &Recording) -> [f64; 2] {
-    let exact = StepLengths { short_s: 5e-5, smooth_s: 5e-5 };
+    let exact = StepLengths { short_s: 5e-5, smooth_s: Some(5e-5), halvings: 0 };
     let rerun = Rerun::new(recording, model, 1).unwrap();
-    let short = StepLengths { smooth_s: long_steps().short_s, ..long_steps() };
+    let short = StepLengths { smooth_s: None, ..long_steps() };
     [long_steps(), short].map(|steps| difference(&rerun, model, [steps, exact]))
 }
 
@@ -136,6 +136,27 @@ fn long_steps_along_smooth_forces_make_a_fraction_of_the_error_of_short_ones() {
         model.setup_mut().physics = vec![law];
         let [long, short] = errors(&model, &recording);
         assert!(long < 0.3 * short, "{id}: {long:.1e} of the motion, {short:.1e} in short steps");
+    }
+}
+
+/// Half a step leaves a sixteenth of the error where forces are smooth, a quarter where they have kinks: also
+/// where samples are closer than the longest step.
+#[test]
+fn steps_that_are_halved_leave_a_fraction_of_the_error() {
+    let not_smooth = ["coulomb_friction", "stribeck_friction", "asymmetric_friction", "hysteresis"];
+    for samples_per_period in [12.0, 200.0] {
+        let recording = driven(samples_per_period);
+        for law in laws() {
+            let id = law.id.clone();
+            let share = if not_smooth.contains(&id.as_str()) { 0.4 } else { 0.2 };
+            let mut model = machine(1, "position");
+            model.setup_mut().physics = vec![law];
+            let rerun = Rerun::new(&recording, &model, 1).unwrap();
+            let halved = |halvings: u32| StepLengths { halvings, ..long_steps() };
+            let error = |halvings: u32| difference(&rerun, &model, [halved(halvings), halved(6)]);
+            let [whole, half] = [error(0), error(1)];
+            assert!(half < share * whole + 1e-7, "{id}: {whole:.1e} of the motion, then {half:.1e}");
+        }
     }
 }
 

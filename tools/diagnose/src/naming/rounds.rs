@@ -508,7 +508,7 @@ mod tests {
     /// One-sided springs, stops and springs elsewhere do along straight lines what a hardening spring does.
     /// The weak one is fitted at the wrong body too.
     #[test]
-    fn what_the_screen_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
+    fn what_the_screen_is_sure_of_and_sees_as_well_as_the_best_is_fitted_whatever_its_sketch_says() {
         for stiffness in [3e5, 1e6] {
             let spring = Physics::new("cubic_stiffness", "motor").with("stiffness", stiffness);
             let truth = slide(20_000.0, &[spring]);
@@ -517,7 +517,9 @@ mod tests {
             searched_around(&slide(20_000.0, &[]), &train, &held_out, |search, refitted| {
                 let (screened, tried) = search.round(&refitted);
                 let most = screened.iter().map(|seen| seen.explained).fold(0.0, f64::max);
-                for seen in screened.iter().filter(|seen| seen.explained > AS_WELL * most) {
+                let is_sure = |seen: &&Screened| seen.t.abs() > search.options.training_gate;
+                let as_well = |seen: &&Screened| seen.explained > AS_WELL * most;
+                for seen in screened.iter().filter(as_well).filter(is_sure) {
                     let is_fitted = tried.iter().any(|tried| tried.candidate == seen.candidate);
                     let candidate = &search.candidates[seen.candidate];
                     assert!(is_fitted, "{} at {}", candidate.law.id(), candidate.location);

@@ -176,9 +176,21 @@ impl Search<'_> {
         fitted.filter(|fitted| fitted.sum_of_squares <= from.sum_of_squares)
     }
 
-    /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought; the
-    /// set is then fitted again, and which of the model's own parameters are free is decided anew.
+    /// Weights the outputs by the noise that a set leaves over, if that is much less than was thought, and
+    /// halves the sub-steps where that noise shows what they get wrong; the set is then fitted again, and
+    /// which of the model's own parameters are free is decided anew.
     pub(crate) fn weighed_again(&mut self, member: Member) -> Member {
+        let weighed = self.weighed_by_what_is_left(member);
+        if !self.study.halve_steps(&weighed.fitted) {
+            return weighed;
+        }
+        self.forget_rounds();
+        let finer = self.refitted_beside_laws(&weighed).unwrap_or(weighed);
+        // What steps got wrong was taken for noise.
+        self.weighed_by_what_is_left(finer)
+    }
+
+    fn weighed_by_what_is_left(&mut self, member: Member) -> Member {
         if self.study.is_coloured() {
             return member;
         }
@@ -190,13 +202,17 @@ impl Search<'_> {
         self.study.weigh_by_floors(&floors);
         self.floors = floors;
         self.weighed_again = true;
-        self.rounds = std::sync::Mutex::default();
+        self.forget_rounds();
+        self.refitted_beside_laws(&member).unwrap_or(member)
+    }
+
+    /// A set fitted again, which of the model's own parameters are free decided anew.
+    fn refitted_beside_laws(&self, member: &Member) -> Option<Member> {
         let stack = self.study.stack(Role::Train);
-        let laws: Vec<Physics> = member.fitted.hypothesis.model.setup().physics.clone();
         let mut hypothesis = Hypothesis::given(self.given);
-        hypothesis.model.setup_mut().physics = laws;
-        let fitted = refit_beside_laws(&stack, &hypothesis, &member.fitted);
-        fitted.and_then(|fitted| self.member(member.laws.clone(), fitted)).unwrap_or(member)
+        hypothesis.model.setup_mut().physics = member.fitted.hypothesis.model.setup().physics.clone();
+        let fitted = refit_beside_laws(&stack, &hypothesis, &member.fitted)?;
+        self.member(member.laws.clone(), fitted)
     }
 }
 

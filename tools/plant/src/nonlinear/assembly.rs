@@ -3,7 +3,7 @@
 use super::control::Loop;
 use super::engine::{Before, Effort, Element, Engine};
 use super::guide::Guide;
-use super::longest_step_s;
+use super::{longest_step_s, pieces};
 use crate::catalogue::{Action, Clip, ForceLaw, Late, SignalLaw, Step, action};
 use crate::error::PlantError;
 use crate::model::{BASE_POSITION, Input, InvalidParameter, Model, Physics, Problem};
@@ -24,6 +24,23 @@ pub(crate) struct Run {
     pub(crate) stamps: Vec<usize>,
 }
 
+/// Outputs that differ by less than this share of their largest value are the same.
+const SAME: f64 = 1e-6;
+
+impl Run {
+    /// Whether another run of the same machine has the same outputs at the time stamps.
+    pub(crate) fn is_near(&self, other: &Self) -> bool {
+        let at_stamps = |run: &Self, output: usize| {
+            run.stamps.iter().map(|&index| run.outputs[output][index]).collect::<Vec<f64>>()
+        };
+        (0..self.outputs.len()).all(|output| {
+            let [ours, theirs] = [self, other].map(|run| at_stamps(run, output));
+            let largest = ours.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() <= SAME * largest)
+        })
+    }
+}
+
 /// A model put together for simulation.
 pub(crate) struct Machine<'a> {
     pub(super) signals: Vec<Box<dyn SignalLaw>>,
@@ -34,6 +51,8 @@ pub(crate) struct Machine<'a> {
     pub(super) base: Row,
     pub(super) control: Option<Loop<'a>>,
     pub(super) longest_step_s: f64,
+    /// How often every step is halved beside.
+    pub(super) halvings: u32,
 }
 
 /// What the input passes on its way to the drive, in order.
@@ -136,7 +155,18 @@ impl<'a> Machine<'a> {
             base,
             control,
             longest_step_s: longest_step_s / shorter,
+            halvings: 0,
         })
+    }
+
+    /// The longest sub-step, seconds, halvings apart.
+    pub(crate) fn longest_step_s(&self) -> f64 {
+        self.longest_step_s
+    }
+
+    /// The same with every step halved so often beside.
+    pub(crate) fn with_halvings(self, halvings: u32) -> Self {
+        Self { halvings, ..self }
     }
 
     /// Runs over the time stamps; `input` has one sample per stamp and is not looked at in closed loop.
@@ -171,7 +201,7 @@ impl<'a> Machine<'a> {
             let mut done_s = 0.0;
             while done_s < interval_s * (1.0 - 1e-9) {
                 let stretch_s = self.stretch_s(start_s, done_s, interval_s);
-                let pieces = (stretch_s / self.longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
+                let pieces = pieces(stretch_s, self.longest_step_s, self.halvings);
                 let step_s = stretch_s / pieces;
                 for piece in 0..pieces as usize {
                     let past_s = done_s + piece as f64 * step_s;

@@ -125,7 +125,7 @@ mod tests {
             { column = "load_m_s2", body = "load", quantity = "acceleration" },
         ]
     "#;
-    const STEPS: StepLengths = StepLengths { short_s: 1e-3, smooth_s: 2e-3 };
+    const STEPS: StepLengths = StepLengths { short_s: 1e-3, smooth_s: Some(2e-3), halvings: 0 };
 
     fn hardened(stiffness: f64) -> Model {
         let mut model = Model::from_toml("pair.toml", PAIR).unwrap();

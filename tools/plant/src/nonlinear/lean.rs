@@ -9,7 +9,8 @@ use std::rc::Rc;
 
 use super::assembly::{Machine, Run, passed, ran_away};
 use super::engine::{Before, Effort, Element, Engine, settled};
-use super::smooth::{Begun, Course, smooth_forces};
+use super::pieces;
+use super::smooth::{Begun, Course, most_bend, smooth_forces};
 use super::steps::{Gains, Port, PortStep};
 use crate::catalogue::Step;
 use crate::error::PlantError;
@@ -134,6 +135,9 @@ struct Lean<const N: usize> {
     /// Forces where the first step after a look begins; nothing before it is made.
     felt_first: Vec<f64>,
     pieces: Pieces,
+    /// How often steps are halved beside, and how far forces may bend along them.
+    halvings: u32,
+    most_bend: f64,
 }
 
 /// Maps kept at hand.
@@ -150,17 +154,18 @@ struct Pieces {
 }
 
 impl Pieces {
-    /// In steps of `smooth_s` at most, which are halved down to `short_s` where forces are not smooth.
-    fn new(interval_s: f64, (smooth_s, short_s): (f64, f64)) -> Self {
-        let pieces = (interval_s / smooth_s * (1.0 - 1e-9)).ceil().max(1.0);
-        let step_s = interval_s / pieces;
-        let halvings = (step_s / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
-        Self { interval_s, count: pieces as usize, step_s, halvings }
+    /// In steps of `smooth_s` at most, which are halved down to `short_s` where forces are not smooth; all of
+    /// them halved so often `beside`.
+    fn new(interval_s: f64, (smooth_s, short_s): (f64, f64), beside: u32) -> Self {
+        let whole = pieces(interval_s, smooth_s, 0);
+        let halvings = (interval_s / whole / short_s * (1.0 - 1e-9)).log2().ceil().max(0.0) as u32;
+        let pieces = pieces(interval_s, smooth_s, beside);
+        Self { interval_s, count: pieces as usize, step_s: interval_s / pieces, halvings }
     }
 }
 
 impl<const N: usize> Lean<N> {
-    fn new(engine: Engine, base: &Row) -> Self {
+    fn new(engine: Engine, base: &Row, halvings: u32) -> Self {
         let starts = engine
             .ports()
             .iter()
@@ -184,6 +189,8 @@ impl<const N: usize> Lean<N> {
             courses: [(); 2].map(|()| vec![Course::default(); engine.elements.len()]),
             felt_first: Vec::with_capacity(engine.elements.len()),
             pieces: Pieces::default(),
+            halvings,
+            most_bend: most_bend(halvings),
             engine,
         }
     }
@@ -292,7 +299,7 @@ impl<const N: usize> Lean<N> {
         });
         self.felt_first.clear();
         if self.pieces.interval_s != interval_s {
-            self.pieces = Pieces::new(interval_s, lengths);
+            self.pieces = Pieces::new(interval_s, lengths, self.halvings);
         }
         let Pieces { count, step_s, halvings, .. } = self.pieces;
         for piece in 0..count {
@@ -315,15 +322,16 @@ impl<const N: usize> Lean<N> {
         slope: f64,
     ) -> Result<(), PlantError> {
         let map = self.map(step_s)?;
-        if halvings == 0 {
+        if !self.advance_smoothly(&map, time_s, step_s, from, slope) {
+            if halvings > 0 {
+                let half_s = 0.5 * step_s;
+                self.glide(halvings - 1, time_s, half_s, from, slope)?;
+                return self.glide(halvings - 1, time_s + half_s, half_s, from + slope * half_s, slope);
+            }
             self.advance(&map, time_s, step_s, from, slope);
             for (course, force) in self.courses[0].iter_mut().zip(&self.engine.forces) {
                 course.stepped(*force);
             }
-        } else if !self.advance_smoothly(&map, time_s, step_s, from, slope) {
-            let half_s = 0.5 * step_s;
-            self.glide(halvings - 1, time_s, half_s, from, slope)?;
-            return self.glide(halvings - 1, time_s + half_s, half_s, from + slope * half_s, slope);
         }
         if self.felt_first.is_empty() {
             self.felt_first.extend(self.courses[0].iter().map(|course| course.start));
@@ -343,7 +351,7 @@ impl<const N: usize> Lean<N> {
         }
         let [before, courses] = &mut self.courses;
         courses.clone_from(before);
-        if !smooth_forces(&self.engine.elements, &self.begun, &map.gains, courses) {
+        if !smooth_forces(&self.engine.elements, &self.begun, &map.gains, courses, self.most_bend) {
             return false;
         }
         self.courses.swap(0, 1);
@@ -447,8 +455,8 @@ fn lean<const N: usize>(
     look: Look,
 ) -> Result<Run, PlantError> {
     let smooth_s = look.smooth_s.filter(|_| machine.glides(look));
-    let Machine { mut signals, plant, base, longest_step_s, .. } = machine;
-    let mut lean = Lean::<N>::new(plant, &base);
+    let Machine { mut signals, plant, base, longest_step_s, halvings, .. } = machine;
+    let mut lean = Lean::<N>::new(plant, &base, halvings);
     let every = look.every.max(1);
     let mut run = Run {
         time_s: Vec::new(),
@@ -483,7 +491,7 @@ fn lean<const N: usize>(
             slope_before = slope;
             continue;
         }
-        let pieces = (interval_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
+        let pieces = pieces(interval_s, longest_step_s, halvings);
         let step_s = interval_s / pieces;
         let map = lean.map(step_s)?;
         for piece in 0..pieces as usize {

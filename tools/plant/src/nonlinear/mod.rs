@@ -19,7 +19,7 @@ mod sensing;
 mod smooth;
 mod steps;
 
-pub(crate) use assembly::{Machine, elements, passed, signals};
+pub(crate) use assembly::{Machine, Run, elements, passed, signals};
 pub use guide::{Guide, Tie};
 pub(crate) use lean::Look;
 pub(crate) use sensing::{Dense, Sensing};
@@ -34,4 +34,10 @@ const RADIANS_PER_STEP: f64 = 0.1;
 pub(crate) fn longest_step_s(space: &StateSpace) -> f64 {
     let by_speed_s = RADIANS_PER_STEP / space.fastest_rad_s().max(1e-9);
     by_speed_s.clamp(1e-4, 2e-3)
+}
+
+/// Into how many steps a stretch of time is cut: none longer than `longest_step_s`, and all halved so often.
+fn pieces(stretch_s: f64, longest_step_s: f64, halvings: u32) -> f64 {
+    let needed = (stretch_s / longest_step_s * (1.0 - 1e-9)).ceil().max(1.0);
+    needed * f64::from(halvings).exp2()
 }

@@ -17,6 +17,11 @@ const MOST_ITERATIONS: usize = 10;
 /// force: a parabola through the three is then right to 1e-4 of that force.
 const BEND: f64 = 0.05;
 
+/// The same where steps are halved so often beside: half a step bends by a quarter.
+pub(super) fn most_bend(halvings: u32) -> f64 {
+    BEND * (-2.0 * f64::from(halvings)).exp2()
+}
+
 /// Forces that change by less than this share of the largest have settled.
 const SETTLED: f64 = 1e-7;
 
@@ -34,6 +39,11 @@ pub(super) struct Course {
 impl Course {
     pub(super) fn end(&self) -> f64 {
         self.start + self.rise
+    }
+
+    /// A quarter of the way, on the parabola: (3f₀ + 6fₘ − f₁)/8.
+    fn at_a_quarter(&self) -> f64 {
+        (9.0 * self.mean - self.start - 2.5 * self.rise) / 8.0
     }
 
     /// As after a short step with this mean force.
@@ -72,6 +82,14 @@ impl Begun {
         Instant { time_s, z, v, effort, z_start, v_start, v_gain }
     }
 
+    /// A quarter of the way along a step that ends like this.
+    fn quarter(&self, z: f64, v: f64) -> Instant {
+        let (seen, h) = (&self.seen, self.seen.step_s);
+        let there = (27.0 * seen.z + 5.0 * z) / 32.0 + h * (9.0 * seen.v - 3.0 * v) / 64.0;
+        let speed = 1.125 * (z - seen.z) / h + (3.0 * seen.v - 5.0 * v) / 16.0;
+        self.instant(0.25, there, speed)
+    }
+
     /// Middle and end of a step that ends like this.
     fn instants(&self, z: f64, v: f64) -> [Instant; 2] {
         let (seen, h) = (&self.seen, self.seen.step_s);
@@ -82,12 +100,13 @@ impl Begun {
 }
 
 /// Finds the forces of all laws over a step, which `courses` held of the step before; whether they are smooth
-/// enough for a step of this length.
+/// enough for a step of this length, bending no more than `most_bend` (see [`most_bend`]).
 pub(super) fn smooth_forces(
     elements: &[Element],
     begun: &[Begun],
     gains: &Gains,
     courses: &mut [Course],
+    most_bend: f64,
 ) -> bool {
     for ((element, begun), course) in elements.iter().zip(begun).zip(courses.iter_mut()) {
         let Some(start) = element.law.at(&begun.instant(0.0, begun.seen.z, begun.seen.v)) else {
@@ -108,7 +127,7 @@ pub(super) fn smooth_forces(
             let start = course.start;
             let (mean, rise) = ((start + 4.0 * middle + end) / 6.0, end - start);
             let largest = course.largest.max(start.abs()).max(middle.abs()).max(end.abs());
-            let is_bent = (middle - 0.5 * (start + end)).abs() > BEND * largest;
+            let is_bent = (middle - 0.5 * (start + end)).abs() > most_bend * largest;
             if is_bent || !largest.is_finite() {
                 return false;
             }
@@ -116,8 +135,25 @@ pub(super) fn smooth_forces(
             *course = Course { start, mean, rise, largest };
         }
         if is_settled {
-            return true;
+            return are_parabolas(elements, begun, gains, courses, most_bend);
         }
     }
     false
+}
+
+/// Whether forces that have settled are where their parabolas say a quarter of the way along. A force that
+/// runs like an odd function about the middle does not bend there, and still is no straight line.
+fn are_parabolas(
+    elements: &[Element],
+    begun: &[Begun],
+    gains: &Gains,
+    courses: &[Course],
+    most_bend: f64,
+) -> bool {
+    let most_off = most_bend.powf(1.5);
+    elements.iter().zip(begun).zip(courses).enumerate().all(|(index, ((element, begun), course))| {
+        let (z, v) = gains.end(index, &begun.seen, courses);
+        let Some(force) = element.law.at(&begun.quarter(z, v)) else { return false };
+        (force - course.at_a_quarter()).abs() <= most_off * course.largest
+    })
 }

@@ -67,6 +67,7 @@ mod spoilt_sensor;
 mod stacking;
 mod stated_noise;
 mod statistics;
+mod stretches;
 mod study;
 mod sub_steps;
 mod summary;

@@ -21,6 +21,7 @@ use crate::remainder::{remainder, shares};
 use crate::simulation::{Hypothesis, frequency_range_hz, resonances, simulate};
 use crate::stacking::{RecordFit, Stack};
 use crate::stated_noise::stated_noise;
+use crate::stretches::stretches;
 use crate::weighting::{Colour, Weighting};
 
 /// The recordings, sorted by what they are for.
@@ -113,10 +114,11 @@ impl Study {
         let told = held_out.iter().map(|recording| (recording, Role::HeldOut));
         let by_side_file = train.iter().map(|recording| (recording, recording.role.unwrap_or(Role::Train)));
         for (recording, role) in by_side_file.chain(told) {
-            let record = Record::new(recording, role, model, slowest_hz, fastest_hz)?;
+            let (records, missing) = stretches(recording, role, model, (slowest_hz, fastest_hz))?;
+            study.set_aside.extend(missing);
             match role {
-                Role::Train => study.train.push(record),
-                Role::HeldOut => study.held_out.push(record),
+                Role::Train => study.train.extend(records),
+                Role::HeldOut => study.held_out.extend(records),
             }
         }
         if study.train.is_empty() {

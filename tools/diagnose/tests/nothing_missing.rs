@@ -141,3 +141,28 @@ fn an_adequate_model_says_what_may_be_overlooked() {
     // The spring is wound up by some millimetres and 900 N/m; friction of a few thousandths of that shows.
     assert!(friction.size > 1e-6 && friction.size < 0.05 && friction.unit == "N", "{friction:?}");
 }
+
+/// The same recording without its rows between these times.
+fn without_rows(recording: &Recording, gaps_s: &[(f64, f64)]) -> Recording {
+    let is_kept = |t: &f64| gaps_s.iter().all(|(from, to)| !(*from..*to).contains(t));
+    let kept: Vec<usize> = (0..recording.len()).filter(|&k| is_kept(&recording.time_s[k])).collect();
+    let of = |samples: &[f64]| kept.iter().map(|&k| samples[k]).collect::<Vec<f64>>();
+    let mut thinner = recording.clone();
+    thinner.time_s = of(&recording.time_s);
+    thinner.columns.iter_mut().for_each(|column| column.samples = of(&column.samples));
+    thinner
+}
+
+#[test]
+fn what_drove_a_machine_while_rows_are_missing_is_no_missing_physics() {
+    let model = Model::from_toml("stage.toml", MODEL).unwrap();
+    for gaps_s in [&[(11.0, 11.4)][..], &[(8.3, 8.5), (16.1, 16.9)]] {
+        let stopped =
+            |amplitude_n: f64, seed: u64| without_rows(&run(Lab::default(), amplitude_n, seed), gaps_s);
+        let (train, held_out) = ([stopped(0.4, 1), stopped(0.9, 2)], [stopped(0.6, 3)]);
+        let found = diagnose(&model, &train, &held_out, &Options::default(), &mut |_| {}).unwrap();
+        assert_nothing_is_missing(&found);
+        let said = found.set_aside.iter().filter(|line| line.contains("rows are missing")).count();
+        assert_eq!(said, 3 * gaps_s.len(), "{:?}", found.set_aside);
+    }
+}

@@ -22,6 +22,7 @@ mod adequacy;
 mod axis_in_loop;
 mod beginnings;
 mod between_samples;
+mod by_itself;
 mod caps;
 mod common_motion;
 mod comparison;

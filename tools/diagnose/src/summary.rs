@@ -56,6 +56,16 @@ pub(crate) fn sentence(
     }
 }
 
+/// The same where every recording by itself is explained, and all together are not.
+pub(crate) fn from_run_to_run(fit: &Fits) -> String {
+    format!(
+        "The machine was another one from recording to recording: the model explains each by itself down to the noise, \
+         within its own parameters, and no one set of them explains all. Temperature, clamping or load may have \
+         changed, or the machine depends on how hard it is driven; nothing of the catalogue is named. {}",
+        numbers(fit)
+    )
+}
+
 /// How the error of the first output that was recorded goes, with the noise.
 fn numbers(fit: &Fits) -> String {
     let held_out = fit.pooled.iter().find(|pooled| pooled.role == RecordRole::HeldOut);

@@ -6,6 +6,7 @@ use stillbeam_plant::Model;
 use stillbeam_recording::Role;
 
 use crate::adequacy::{Adequacy, Rest, excess_power_bound, is_loud};
+use crate::by_itself::differing_parameters;
 use crate::comparison::Compared;
 use crate::fit::Fitted;
 use crate::intervals::precision;
@@ -25,7 +26,7 @@ use crate::result::{
     Verdict,
 };
 use crate::study::{OnAll, Study};
-use crate::summary::{COLOURED, bounded, sentence};
+use crate::summary::{COLOURED, bounded, from_run_to_run, sentence};
 use crate::verdict::{Contender, contenders, effects, moved_cap, range_cap, rows, ties, verdict, waiting};
 use crate::visible::smallest_visible;
 
@@ -56,6 +57,10 @@ struct Outcome {
     excess: f64,
     /// Whether something is missing from the refitted model.
     is_missing: bool,
+    /// Whether more is left than noise, by its power.
+    is_loud: bool,
+    /// Lines on parameters that differ between recordings, each of which the model explains by itself.
+    differing: Vec<String>,
 }
 
 impl Outcome {
@@ -81,8 +86,27 @@ impl Outcome {
             residual_tests: pooled_tests(if extended.is_some() { &final_tests } else { tests }),
             excess: excess_power_bound(tests),
             is_missing: !(fits_within && selection.chosen.laws.is_empty()),
+            is_loud: left.1,
+            differing: Vec::new(),
             extended,
         }
+    }
+
+    /// The same, naming nothing where the machine was another one from recording to recording.
+    fn unless_recordings_differ(self, searched: &Searched<'_>, model: &Model, options: &Options) -> Self {
+        let leaves_much = match self.verdict {
+            Verdict::Unexplained => true,
+            Verdict::Improved => self.is_loud,
+            Verdict::Adequate | Verdict::Explained | Verdict::Ambiguous => false,
+        };
+        if !leaves_much {
+            return self;
+        }
+        let differing = differing_parameters(&searched.study, model, &searched.compared, options);
+        if differing.is_empty() {
+            return self;
+        }
+        Self { verdict: Verdict::Unexplained, extended: None, differing, ..self }
     }
 
     fn explains(&self) -> bool {
@@ -99,7 +123,7 @@ pub(crate) fn told(
     say: &mut dyn FnMut(&str, f64),
 ) -> Diagnosis {
     say("testing what is left", 0.95);
-    let outcome = Outcome::of(&searched, options);
+    let outcome = Outcome::of(&searched, options).unless_recordings_differ(&searched, model, options);
     say("locating the mismatch", 0.97);
     let located = outcome.is_missing.then(|| located(&searched, &outcome, model));
     let next = next_run(&searched, &outcome, model, options, say);
@@ -108,7 +132,8 @@ pub(crate) fn told(
     let Searched { study, compared, is_exact, selection, candidates, stand_ins, .. } = &searched;
     let samples = study.stack(Role::Train).present() as f64;
     let effects = if outcome.explains() { effects(selection, candidates, samples) } else { Vec::new() };
-    let contenders = if outcome.explains() { Vec::new() } else { contenders(selection, candidates) };
+    let is_settled = outcome.explains() || !outcome.differing.is_empty();
+    let contenders = if is_settled { Vec::new() } else { contenders(selection, candidates) };
     let columns = model.output_columns();
     let models = [&compared.given, &compared.refitted_on_all];
     let fit = fits(study, &columns, models, outcome.extended.as_ref(), &outcome.floors);
@@ -171,7 +196,7 @@ fn located(searched: &Searched<'_>, outcome: &Outcome, model: &Model) -> Located
 }
 
 /// The run that would tell sets apart that do as well; where there are none, one at another amplitude if all
-/// were driven equally hard.
+/// were driven equally hard. None where it is the machine that changed.
 fn next_run(
     searched: &Searched<'_>,
     outcome: &Outcome,
@@ -180,6 +205,9 @@ fn next_run(
     say: &mut dyn FnMut(&str, f64),
 ) -> Option<Proposal> {
     let Searched { study, selection, .. } = searched;
+    if !outcome.differing.is_empty() {
+        return None;
+    }
     let sets = std::iter::once(&selection.chosen).chain(&selection.rivals);
     let tied: Vec<&Fitted> = sets.map(|member| &member.fitted).collect();
     if tied.len() > 1 {
@@ -194,7 +222,13 @@ fn next_run(
 fn said_besides(searched: &Searched<'_>, outcome: &Outcome, options: &Options) -> Vec<String> {
     let Searched { selection, stand_ins, .. } = searched;
     let range = outcome.extended.as_ref().and_then(|_| range_cap(selection));
-    time_cap(selection, options).into_iter().chain(moved_cap(stand_ins)).chain(range).collect()
+    let differing = outcome.differing.iter().cloned();
+    time_cap(selection, options)
+        .into_iter()
+        .chain(moved_cap(stand_ins))
+        .chain(range)
+        .chain(differing)
+        .collect()
 }
 
 /// The sentence of the diagnosis.
@@ -210,6 +244,9 @@ fn in_words(
     let waiting = is_cut_short.then(|| waiting(selection, candidates, options));
     let found = (effects, contenders, waiting.as_deref());
     let is_tied = !selection.rivals.is_empty();
+    if !outcome.differing.is_empty() {
+        return from_run_to_run(fit);
+    }
     let mut said = sentence(outcome.verdict, found, fit, (outcome.rest, is_tied));
     if outcome.verdict == Verdict::Adequate {
         if !is_exact {

@@ -170,7 +170,7 @@ impl Outcome {
         let not_run: Vec<_> = self.tally.not_run.iter().collect();
         let mut text = list("failed:", &failures) + &list("not run:", &not_run);
         let mut failed = self.tally.failed + self.broken.len();
-        let skipped = not_run.iter().filter(|entry| !needs_recordings(entry)).count();
+        let skipped = not_run.iter().filter(|entry| !is_beyond_set_up(entry)).count();
         if everything_must_run && skipped > 0 {
             text += &format!("CI=true: {skipped} of what was not run count as failures\n");
             failed += skipped;
@@ -180,10 +180,10 @@ impl Outcome {
     }
 }
 
-/// Whether an entry is about the published recordings, which are not part of the repository: no
-/// set-up could provide them to a fresh clone.
-fn needs_recordings(entry: &str) -> bool {
-    entry.contains("shared/data") || entry.contains("STILLBEAM_DATA")
+/// Whether an entry is about what no set-up could provide to a fresh clone: the published recordings, which
+/// are not part of the repository, or a browser, which not every distribution has as a package.
+fn is_beyond_set_up(entry: &str) -> bool {
+    ["shared/data", "STILLBEAM_DATA", "there is no browser"].iter().any(|what| entry.contains(what))
 }
 
 fn list(title: &str, entries: &[&String]) -> String {
@@ -238,10 +238,12 @@ mod tests {
     }
 
     #[test]
-    fn recordings_outside_the_repository_are_listed_and_excused() {
-        let recordings = ["successes:", "not run: no recordings at ../shared/data", PASSED];
-        let (text, well) = conclude(&recordings, &[], true);
-        assert!(well && text.contains("shared/data"), "{text}");
+    fn what_no_set_up_provides_is_listed_and_excused() {
+        for what in ["no recordings at ../shared/data", "there is no browser; install chromium"] {
+            let not_run = format!("not run: {what}");
+            let (text, well) = conclude(&["successes:", &not_run, PASSED], &[], true);
+            assert!(well && text.contains(what), "{text}");
+        }
     }
 
     #[test]

@@ -58,6 +58,12 @@ impl Uniform {
             let grid = (0..n).map(|k| time_s[0] + k as f64 * interval_s);
             curve.sample(grid).into_iter().map(|v| v[0]).collect()
         };
+        Self::on_grid(samples, interval_s)
+    }
+
+    /// Of samples at even times.
+    pub(crate) fn on_grid(samples: Vec<f64>, interval_s: f64) -> Self {
+        let n = samples.len();
         // Enough averaging for a floor, enough length for the slowest modes of short records.
         let segment = (n / 8).max(n.min(512));
         let spectrum = density(&samples, interval_s, segment, Window::Hann);

@@ -15,6 +15,7 @@ use crate::error::IdentifyError;
 use crate::forced_record::ForcedRecord;
 use crate::forced_report::report;
 use crate::forced_start::Starts;
+use crate::gaps::{driven_stretches, gaps_said};
 use crate::in_band::in_band;
 use crate::interpolation::InputInterpolation;
 use crate::modal_response::{InputKind, OutputQuantity};
@@ -97,6 +98,30 @@ pub fn identify_forced_together(
     options: &ForcedOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
+    check_options(recordings, options)?;
+    let cut: Vec<Option<Vec<Recording>>> =
+        recordings.iter().map(|recording| driven_stretches(recording, &options.input)).collect();
+    let whole_or_parts = recordings.iter().zip(&cut).flat_map(|(whole, cut)| match cut {
+        Some(parts) => parts.iter().collect(),
+        None => vec![*whole],
+    });
+    let mut found = identify_stretches(&whole_or_parts.collect::<Vec<_>>(), options)?;
+    if cut.iter().all(Option::is_none) {
+        return Ok(found);
+    }
+    found.recording = recordings.iter().map(|one| one.name.as_str()).collect::<Vec<_>>().join(", ");
+    if let ([_], Some(last)) = (recordings, found.records.last()) {
+        found.window_s[1] = last.window_s[1];
+    }
+    for (recording, parts) in recordings.iter().zip(&cut) {
+        let Some(parts) = parts else { continue };
+        found.warnings.extend(gaps_said(recording, (&options.input, &options.output), parts));
+    }
+    Ok(found)
+}
+
+/// Refuses options that no record can be read with.
+fn check_options(recordings: &[&Recording], options: &ForcedOptions) -> Result<(), IdentifyError> {
     if recordings.is_empty() {
         return Err(IdentifyError::BadOption {
             option: "recordings",
@@ -116,6 +141,14 @@ pub fn identify_forced_together(
         let (recording, column) = (recording.join(", "), options.output.clone());
         return Err(IdentifyError::SameColumn { recording, column });
     }
+    Ok(())
+}
+
+/// The modes that several records, or stretches of them, have in common.
+fn identify_stretches(
+    recordings: &[&Recording],
+    options: &ForcedOptions,
+) -> Result<IdentifiedModes, IdentifyError> {
     let records = forced_records(recordings, options, true)?;
     if records.iter().any(|record| record.quieted) {
         return impact_modes(&records, &forced_records(recordings, options, false)?, options);

@@ -356,7 +356,7 @@ pub(crate) fn refuse_constant(
 }
 
 /// The longest hole in the input, when it is much longer than the usual interval.
-fn input_gap(time_s: &[f64], origin_s: f64) -> Option<Warning> {
+pub(crate) fn input_gap(time_s: &[f64], origin_s: f64) -> Option<Warning> {
     let mut intervals: Vec<f64> = time_s.windows(2).map(|t| t[1] - t[0]).collect();
     let longest = (0..intervals.len()).max_by(|a, b| intervals[*a].total_cmp(&intervals[*b]))?;
     let length_s = intervals[longest];

@@ -10,6 +10,7 @@ use crate::decay_shapes::decay_shapes;
 use crate::decay_starts::starting_parts;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
+use crate::gaps::{beyond_said, ringing_stretches};
 use crate::narrow_band::WholeSpectrum;
 use crate::poles::{Survey, survey_decay_bands};
 use crate::result::{IdentifiedModes, Rejected};
@@ -65,6 +66,60 @@ pub fn identify_free_decay(
     options: &FreeDecayOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
+    let window_s = [options.start_s, options.end_s];
+    let Some(stretches) = ringing_stretches(recording, &options.output, window_s) else {
+        return read_decay(recording, options);
+    };
+    let (read, mut found) = read_stretches(&stretches, options)?;
+    let (said, left_out) = beyond_said(recording, &options.output, read);
+    found.warnings.extend(said);
+    found.rejected.extend(left_out);
+    Ok(found)
+}
+
+/// Stretches between gaps that are looked at.
+const STRETCHES: usize = 4;
+/// Modes of two stretches this close, as a share of the frequency, are the same.
+const SAME_IN_BOTH: f64 = 0.01;
+
+/// The decay of the most telling stretch; that of an earlier one where it holds all the same modes and more,
+/// which have died away before the other begins.
+fn read_stretches<'s>(
+    stretches: &'s [Recording],
+    options: &FreeDecayOptions,
+) -> Result<(&'s Recording, IdentifiedModes), IdentifyError> {
+    let mut best: Option<(&Recording, IdentifiedModes)> = None;
+    let mut first_refusal = None;
+    for stretch in stretches.iter().take(STRETCHES) {
+        let is_earlier = |other: &Recording| stretch.time_s.first() < other.time_s.first();
+        if best.as_ref().is_some_and(|(other, _)| !is_earlier(other)) {
+            continue;
+        }
+        match read_decay(stretch, options) {
+            Err(refusal) => {
+                first_refusal.get_or_insert(refusal);
+            }
+            Ok(found) => match &best {
+                Some((_, known)) if !holds_more(&found, known) => {}
+                _ => best = Some((stretch, found)),
+            },
+        }
+    }
+    let none = || IdentifyError::NoPeaks {
+        recording: stretches.first().map_or(String::new(), |one| one.name.clone()),
+        column: options.output.clone(),
+    };
+    best.ok_or_else(|| first_refusal.unwrap_or_else(none))
+}
+
+fn holds_more(found: &IdentifiedModes, known: &IdentifiedModes) -> bool {
+    let holds =
+        |hz: f64| found.modes.iter().any(|mode| (mode.frequency_hz.value / hz - 1.0).abs() < SAME_IN_BOTH);
+    found.modes.len() > known.modes.len() && known.modes.iter().all(|mode| holds(mode.frequency_hz.value))
+}
+
+/// Identifies modes from a record that rings freely and has no gaps that matter.
+fn read_decay(recording: &Recording, options: &FreeDecayOptions) -> Result<IdentifiedModes, IdentifyError> {
     let ringing = Ringing::new(recording, options)?;
     // A knock rings in ways that are over long before the modes are, and the hammer or the finger may still
     // be there: the first start from which modes explain what follows is taken, or the one from which they

@@ -12,6 +12,7 @@ mod drifting_sensors;
 mod free_base;
 mod free_decays;
 mod frequency_responses;
+mod gaps;
 mod held_and_let_go;
 mod impacts;
 mod moves;

@@ -10,6 +10,7 @@ mod report;
 mod subspace;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use rustfft::num_complex::Complex64;
 use stillbeam_recording::Recording;
@@ -19,6 +20,7 @@ use crate::decay_modes::Uniform;
 use crate::error::IdentifyError;
 use crate::forced_fit::check_modes;
 use crate::forced_record::readings;
+use crate::gaps::{Grid, in_both, missing_rows};
 use crate::magnitude::refuse_magnitude;
 use crate::poles::{
     ContinuousPole, OrderPoles, PoleMethod, StabilisationChart, Survey, Tolerances, decimated,
@@ -26,7 +28,7 @@ use crate::poles::{
 use crate::result::{Estimate, IdentifiedModes, Rejected};
 use crate::spectra::{local_median, peaks, prominence};
 use crate::tall::Orthonormal;
-use crate::warnings::Warning;
+use crate::warnings::{Warning, WarningKind};
 use crate::wild_samples::without_wild;
 use report::report;
 use subspace::{Covariances, OrderPole, Outputs, Subspace};
@@ -82,14 +84,7 @@ pub fn identify_output_only(
     options: &OutputOnlyOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
-    let mut said = Vec::new();
-    let mut uniform = Vec::new();
-    for column in &options.outputs {
-        let all = readings(recording, column)?;
-        refuse_magnitude(recording, column, &all.values)?;
-        uniform.push(Uniform::new(&all.time_s, &without_wild(&all.values)));
-        said.extend(all.remarks.into_iter().map(Warning::from));
-    }
+    let Signals { uniform, sound, said } = signals_of(recording, &options.outputs)?;
     let Some(first) = uniform.first() else {
         return Err(IdentifyError::BadOption {
             option: "outputs",
@@ -101,7 +96,7 @@ pub fn identify_output_only(
     let mut found: Vec<Found> = Vec::new();
     let mut survey = Survey::default();
     for highest_hz in band_tops_hz(&uniform) {
-        let (modes, chart) = of_band(&signals, first.interval_s, highest_hz);
+        let (modes, chart) = of_band((&signals, &sound), first.interval_s, highest_hz);
         survey.charts.extend(chart);
         let fresh = modes.into_iter().filter(|mode| {
             found.iter().all(|known| {
@@ -132,6 +127,50 @@ pub fn identify_output_only(
     Ok(modes)
 }
 
+/// Outputs on one even grid.
+struct Signals {
+    uniform: Vec<Uniform>,
+    /// The rows between gaps of the stamps.
+    sound: Vec<Range<usize>>,
+    said: Vec<Warning>,
+}
+
+fn signals_of(recording: &Recording, outputs: &[String]) -> Result<Signals, IdentifyError> {
+    let mut signals = Signals { uniform: Vec::new(), sound: Vec::new(), said: Vec::new() };
+    let mut grid = None;
+    for (index, column) in outputs.iter().enumerate() {
+        let all = readings(recording, column)?;
+        refuse_magnitude(recording, column, &all.values)?;
+        let values = without_wild(&all.values);
+        if index == 0 {
+            grid = Grid::of(&all.time_s);
+            signals.said.extend(missing_rows(&recording.name, &all.time_s, &values));
+        }
+        let (uniform, sound) = match &grid {
+            Some(grid) => {
+                let taken = grid.take(&all.time_s, &values);
+                (Uniform::on_grid(taken.values, grid.interval_s), taken.stretches)
+            }
+            None => (Uniform::new(&all.time_s, &values), std::iter::once(0..values.len()).collect()),
+        };
+        signals.sound = if index == 0 { sound } else { in_both(&signals.sound, &sound) };
+        signals.uniform.push(uniform);
+        signals.said.extend(all.remarks.into_iter().map(Warning::from));
+    }
+    if let Some(grid) = grid {
+        let rows: usize = signals.sound.iter().map(ExactSizeIterator::len).sum();
+        signals.said.push(
+            WarningKind::StretchesRead {
+                recording: recording.name.clone(),
+                stretches: signals.sound.len(),
+                together_s: rows as f64 * grid.interval_s,
+            }
+            .into(),
+        );
+    }
+    Ok(signals)
+}
+
 /// Highest frequencies of the bands that hold the peaks of the spectra, from the highest band down, Hz.
 fn band_tops_hz(uniform: &[Uniform]) -> Vec<f64> {
     let mut standing: Vec<f64> = Vec::new();
@@ -157,18 +196,20 @@ fn band_tops_hz(uniform: &[Uniform]) -> Vec<f64> {
 
 /// The modes of one band, and its chart.
 fn of_band(
-    signals: &[Vec<f64>],
+    (signals, sound): (&[Vec<f64>], &[Range<usize>]),
     interval_s: f64,
     highest_hz: f64,
 ) -> (Vec<Found>, Option<StabilisationChart>) {
     let slow: Vec<(Vec<f64>, f64)> =
         signals.iter().map(|signal| decimated(signal, interval_s, PER_PERIOD * highest_hz)).collect();
-    let outputs =
-        Outputs { interval_s: slow[0].1, samples: slow.into_iter().map(|(samples, _)| samples).collect() };
-    if outputs.samples[0].len() < 40 * STRETCHES / 2 {
+    let outputs = Outputs::new(slow, sound, interval_s);
+    if outputs.sound_rows() < 40 * STRETCHES / 2 {
         return (Vec::new(), None);
     }
     let stretches = outputs.covariances(STRETCHES);
+    if stretches.len() < STRETCHES / 2 {
+        return (Vec::new(), None);
+    }
     let all = Covariances::mean(&stretches, None);
     let Some(whole) = Subspace::new(&all, outputs.interval_s) else { return (Vec::new(), None) };
     let highest = (*ORDERS.end()).min(whole.size() / 2);
@@ -183,7 +224,7 @@ fn of_band(
     // decay.
     let tolerances = Tolerances { damping: 0.15, ..Tolerances::default() };
     let chart = StabilisationChart::new(PoleMethod::CovarianceSubspace, &charted, band_hz, tolerances);
-    let without: Vec<Subspace> = (0..STRETCHES)
+    let without: Vec<Subspace> = (0..stretches.len())
         .filter_map(|index| whole.near(&Covariances::mean(&stretches, Some(index)), highest + SPARE))
         .collect();
     let mut shortened = Shortened { without: &without, by_order: BTreeMap::new() };

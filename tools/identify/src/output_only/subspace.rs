@@ -5,6 +5,8 @@
 //! range; its shift by one block of rows is the state transition, whose eigenvalues are the poles and whose
 //! eigenvectors give the shapes.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rustfft::num_complex::Complex64;
 
@@ -21,28 +23,57 @@ pub(super) struct Covariances(pub(super) Vec<DMatrix<f64>>);
 
 /// Outputs at even times: one vector per output.
 pub(super) struct Outputs {
-    pub(super) samples: Vec<Vec<f64>>,
+    samples: Vec<Vec<f64>>,
     pub(super) interval_s: f64,
+    /// Rows between gaps.
+    sound: Vec<Range<usize>>,
 }
 
+/// Rows beside a gap that the low-pass of the decimation disturbs.
+const BESIDE_GAP: usize = 4;
+
 impl Outputs {
+    /// Of outputs that were decimated from an interval (s) at which these rows lie between gaps.
+    pub(super) fn new(slow: Vec<(Vec<f64>, f64)>, sound: &[Range<usize>], from_interval_s: f64) -> Self {
+        let interval_s = slow.first().map_or(from_interval_s, |one| one.1);
+        let samples: Vec<Vec<f64>> = slow.into_iter().map(|(samples, _)| samples).collect();
+        let count = samples.iter().map(Vec::len).min().unwrap_or(0);
+        let at = |row: usize| row as f64 * from_interval_s / interval_s;
+        let slow_rows = |rows: &Range<usize>| {
+            let start = if rows.start == 0 { 0 } else { at(rows.start).ceil() as usize + BESIDE_GAP };
+            let end = (at(rows.end) as usize).saturating_sub(BESIDE_GAP);
+            start..end.min(count).max(start)
+        };
+        let sound = sound.iter().map(slow_rows).filter(|rows| !rows.is_empty()).collect();
+        Self { samples, interval_s, sound }
+    }
+
+    /// How many rows lie between gaps.
+    pub(super) fn sound_rows(&self) -> usize {
+        self.sound.iter().map(ExactSizeIterator::len).sum()
+    }
+
     /// How many block rows the Hankel matrix has.
     pub(super) fn block_rows(&self) -> usize {
-        let rows = self.samples.first().map_or(0, Vec::len);
+        let rows = self.sound.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
         (MAX_ROWS / self.samples.len().max(1)).min(rows / 10).max(2)
     }
 
-    /// Covariances of equal stretches of the record, up to the last lag that the Hankel matrix needs.
+    /// Covariances of about that many stretches of the record, equal but for where gaps cut them, up to the
+    /// last lag that the Hankel matrix needs.
     pub(super) fn covariances(&self, stretches: usize) -> Vec<Covariances> {
         let lags = 2 * self.block_rows();
-        let rows = self.samples[0].len().saturating_sub(lags);
-        let length = rows / stretches;
-        (0..stretches)
-            .map(|stretch| self.covariance(stretch * length..(stretch + 1) * length, lags))
-            .collect()
+        let usable = |rows: &Range<usize>| rows.len().saturating_sub(lags);
+        let all: usize = self.sound.iter().map(usable).sum();
+        let cut = |rows: &Range<usize>| {
+            let (start, count) = (rows.start, (usable(rows) * stretches + all / 2) / all.max(1));
+            let length = usable(rows) / count.max(1);
+            (0..count).map(move |k| start + k * length..start + (k + 1) * length)
+        };
+        self.sound.iter().flat_map(cut).map(|rows| self.covariance(rows, lags)).collect()
     }
 
-    fn covariance(&self, rows: std::ops::Range<usize>, lags: usize) -> Covariances {
+    fn covariance(&self, rows: Range<usize>, lags: usize) -> Covariances {
         let outputs = self.samples.len();
         let count = rows.len().max(1) as f64;
         let one = |lag: usize| {

@@ -26,6 +26,7 @@ use crate::decay_modes::Uniform;
 use crate::drift::drift;
 use crate::error::IdentifyError;
 use crate::forced_record::readings;
+use crate::gaps::telling_stretches;
 use crate::tones::take_hum_out;
 use crate::wild_samples::without_wild;
 
@@ -126,11 +127,16 @@ impl Recognised {
 /// [`IdentifyError`] when the column is missing or has too few samples.
 pub fn recognise(recording: &Recording, column: &str) -> Result<Recognised, IdentifyError> {
     let present = readings(recording, column)?;
-    let found = recognise_signal(&present.time_s, &present.values);
+    // Rows that come back after a gap look like a knock.
+    let rows = telling_stretches(&present.time_s, &present.values)
+        .and_then(|stretches| stretches.into_iter().next())
+        .unwrap_or(0..present.values.len());
+    let (time_s, values) = (&present.time_s[rows.clone()], &present.values[rows]);
+    let found = recognise_signal(time_s, values);
     if matches!(found.kind, RecordKind::FreeDecay | RecordKind::Pulse | RecordKind::Sweep) {
         return Ok(found);
     }
-    let beneath = beneath(&present.time_s, &present.values).filter(|one| one.kind == RecordKind::FreeDecay);
+    let beneath = beneath(time_s, values).filter(|one| one.kind == RecordKind::FreeDecay);
     Ok(beneath.unwrap_or(found))
 }
 

@@ -81,6 +81,7 @@ mod signal_checks;
 mod sound_part;
 mod spectra;
 mod spectral;
+mod spikes;
 mod step;
 mod strongest;
 pub mod tall;

@@ -3,6 +3,8 @@
 //! A glitch of a cable or a lost bit is one sample, or two; a knock is followed by what it sets ringing. So a
 //! sample is judged by the range of those on both sides of it, the farthest of them left out.
 
+use crate::spikes::spikes;
+
 /// Samples on either side that a sample is judged by.
 const AROUND: usize = 12;
 /// Of these, so many at either end of their range do not count: other wild ones.
@@ -13,10 +15,20 @@ const OUTSIDE: f64 = 2.0;
 const FEW: f64 = 0.01;
 
 /// Rows of the wild samples; none where they are so many that they are the signal.
+pub(crate) fn wild_samples(values: &[f64]) -> Vec<usize> {
+    let far = far_samples(values);
+    let hidden = spikes(&bridged(values, &far));
+    let mut all: Vec<usize> = far.iter().chain(&hidden).copied().collect();
+    all.sort_unstable();
+    all.dedup();
+    if all.len() as f64 > (FEW * values.len() as f64).max(1.0) { far } else { all }
+}
+
+/// Rows of those that lie far outside the range of the samples around them.
 ///
 /// Noise with heavy tails has samples at every distance; those that stand out of it are beyond a limit that
 /// hardly more exceed by half.
-pub(crate) fn wild_samples(values: &[f64]) -> Vec<usize> {
+fn far_samples(values: &[f64]) -> Vec<usize> {
     let outlying: Vec<(usize, f64)> = (0..values.len())
         .filter_map(|k| Some((k, outside(values, k)?)))
         .filter(|(_, ranges)| *ranges > 0.5 * OUTSIDE)
@@ -68,9 +80,13 @@ fn starts_something(values: &[f64], k: usize, outside: f64) -> bool {
 
 /// The values with the wild ones on the line between their neighbours.
 pub(crate) fn without_wild(values: &[f64]) -> Vec<f64> {
-    let wild = wild_samples(values);
+    bridged(values, &wild_samples(values))
+}
+
+/// The values with those of some rows on the line between their neighbours.
+fn bridged(values: &[f64], wild: &[usize]) -> Vec<f64> {
     let mut tame = values.to_vec();
-    for &k in &wild {
+    for &k in wild {
         let sound = |other: &usize| !wild.contains(other);
         let before = (0..k).rev().find(sound);
         let after = (k + 1..values.len()).find(sound);

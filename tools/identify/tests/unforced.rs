@@ -170,6 +170,34 @@ fn wild_samples_are_named_and_do_not_move_the_start() {
     }
 }
 
+/// Spikes no higher than the swing that they fall on, within the decay and after it.
+#[test]
+fn spikes_within_the_swing_neither_move_the_start_nor_hide_modes() {
+    for seed in 0..12 {
+        let mut noise = Noise(seed + 4000);
+        let lowest_hz = 5.0 + 7.0 * noise.even();
+        let ratios = [1.0, 2.0 + noise.even(), 3.6 + noise.even()];
+        let truth: Vec<Mode> = ratios
+            .iter()
+            .map(|ratio| Mode {
+                frequency_hz: ratio * lowest_hz,
+                damping_ratio: 0.003 + 0.005 * noise.even(),
+                participation: [1.0, 0.6, 0.4][(*ratio / 1.8) as usize],
+            })
+            .collect();
+        let e: Vec<f64> = (0..4000).map(|_| 0.01 * noise.normal()).collect();
+        let mut record = ring_down(&truth, 500.0, 4000, 0.0, |k| e[k]);
+        for index in 0..4 + 2 * seed as usize {
+            let row = (3900.0 * noise.even()) as usize;
+            let sign = if noise.even() < 0.5 { -1.0 } else { 1.0 };
+            record.columns[0].samples[row + 60] += sign * (0.6 + 2.0 * noise.even() + 0.01 * index as f64);
+        }
+        let found = identify_free_decay(&record, &options("tip_deflection_m")).unwrap();
+        assert!(is_right(&found, &truth), "{seed}: {:?} {truth:?} {:?}", found.modes, found.window_s);
+        assert!(found.window_s[0] < 0.3 && found.window_s[1] > 4.0, "{seed}: {:?}", found.window_s);
+    }
+}
+
 #[test]
 fn a_sensor_that_dies_is_told_and_what_came_before_is_fitted() {
     for seed in 0..20 {

@@ -109,6 +109,10 @@ impl WarningKind {
             Self::MissingSamples { recording, count, gaps, longest_s, at_s } => format!(
                 "{recording}: {count} samples are missing in {gaps} gaps of the time stamps, the longest {longest_s:.4} s after {at_s:.4} s; nothing was put in their place"
             ),
+            Self::PeakWithoutMode { column, frequency_hz, above_db, power_share } => format!(
+                "column `{column}`: the peak at {frequency_hz:.3} Hz stands {above_db:.0} dB above its neighbourhood, holds {:.0} % of the power and is explained by no mode that is listed: a mode may be missing there, or something drives that frequency; record longer, or name more outputs",
+                100.0 * power_share
+            ),
             Self::OneStretchRead { recording, window_s } => format!(
                 "{recording}: the stamps have gaps, and only the stretch without one from {:.4} s to {:.4} s was read; `--start` and `--end` choose another stretch, and a record without gaps gives more",
                 window_s[0], window_s[1]

@@ -244,6 +244,17 @@ pub enum WarningKind {
         /// Where it begins, s.
         at_s: f64,
     },
+    /// A peak of the spectrum that none of the modes explains.
+    PeakWithoutMode {
+        /// The column.
+        column: String,
+        /// Where it is, Hz.
+        frequency_hz: f64,
+        /// How far it stands above its neighbourhood, dB.
+        above_db: f64,
+        /// Share of the column's power that it holds.
+        power_share: f64,
+    },
     /// The stamps have gaps, and one stretch between them was read.
     OneStretchRead {
         /// The recording.

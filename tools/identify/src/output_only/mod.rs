@@ -8,6 +8,7 @@
 
 mod report;
 mod subspace;
+mod unexplained;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -32,6 +33,7 @@ use crate::warnings::{Warning, WarningKind};
 use crate::wild_samples::without_wild;
 use report::report;
 use subspace::{Covariances, OrderPole, Outputs, Subspace};
+use unexplained::{Peak, unexplained};
 
 /// Stretches of which one at a time is left out.
 const STRETCHES: usize = 20;
@@ -50,6 +52,14 @@ const SPARE: usize = 8;
 const SMALLEST: f64 = 2e-3;
 /// Standard error of a damping ratio, as a share of it, from which a pole is no mode.
 const UNKNOWN: f64 = 0.6;
+/// Factors that the lags are shortened by where a peak is looked at again, and how far its band reaches.
+const SHORTENED: [usize; 3] = [1, 2, 4];
+const HIGHER: f64 = 1.3;
+/// Share of the outputs' power that its mode makes at least, the share of its frequency that is the standard
+/// error at most, and how much of its damping may be unknown where it is as loud as that.
+const LOUD: f64 = 0.05;
+const KNOWN: f64 = 0.02;
+const HARDLY_KNOWN: f64 = 2.0;
 /// Share of the frequency within which a pole of a shortened record is the same one.
 const SAME: f64 = 0.05;
 /// A peak that a band is laid around stands above the median around it and above its valleys by these ratios.
@@ -84,7 +94,7 @@ pub fn identify_output_only(
     options: &OutputOnlyOptions,
 ) -> Result<IdentifiedModes, IdentifyError> {
     check_modes(options.modes)?;
-    let Signals { uniform, sound, said } = signals_of(recording, &options.outputs)?;
+    let Signals { uniform, sound, mut said } = signals_of(recording, &options.outputs)?;
     let Some(first) = uniform.first() else {
         return Err(IdentifyError::BadOption {
             option: "outputs",
@@ -96,7 +106,8 @@ pub fn identify_output_only(
     let mut found: Vec<Found> = Vec::new();
     let mut survey = Survey::default();
     for highest_hz in band_tops_hz(&uniform) {
-        let (modes, chart) = of_band((&signals, &sound), first.interval_s, highest_hz);
+        let band = Band { signals: &signals, sound: &sound, interval_s: first.interval_s, highest_hz };
+        let (modes, chart) = band.modes(1, UNKNOWN);
         survey.charts.extend(chart);
         let fresh = modes.into_iter().filter(|mode| {
             found.iter().all(|known| {
@@ -107,6 +118,12 @@ pub fn identify_output_only(
         let fresh: Vec<Found> = fresh.collect();
         found.extend(fresh);
     }
+    for peak in unexplained(first, &found) {
+        let highest_hz = HIGHER * peak.frequency_hz;
+        let band = Band { signals: &signals, sound: &sound, interval_s: first.interval_s, highest_hz };
+        found.extend(looked_at_again(&band, &peak, first.bin_hz()));
+    }
+    said.extend(unexplained(first, &found).iter().map(|peak| peak.told(&options.outputs[0]).into()));
     let mut rejected = Vec::new();
     if let Some(wanted) = options.modes {
         found.sort_by(|a, b| b.share.total_cmp(&a.share));
@@ -125,6 +142,38 @@ pub fn identify_output_only(
     let mut modes = report(recording, options, first, &found, (survey, rejected));
     modes.warnings.extend(said);
     Ok(modes)
+}
+
+/// The mode of a peak that the first look explained by none: with shorter lags, too, which hold less of a
+/// short record's noise, and with a damping ratio of which little may be known. What other lags say instead
+/// belongs to its errors, and no damping ratio is known better than so many periods can tell.
+fn looked_at_again(band: &Band<'_>, peak: &Peak, bin_hz: f64) -> Option<Found> {
+    let reach_hz = (2.0 * bin_hz).max(SAME * peak.frequency_hz);
+    let share = |mode: &Found| mode.damping_ratio.stderr / mode.damping_ratio.value;
+    let at_peak = |mode: &Found| {
+        (mode.frequency_hz.value - peak.frequency_hz).abs() < reach_hz
+            && mode.frequency_hz.stderr < KNOWN * mode.frequency_hz.value
+            && mode.share > LOUD
+    };
+    let seen = SHORTENED.into_iter().filter_map(|shortened| {
+        let modes = band.modes(shortened, f64::INFINITY).0.into_iter().filter(at_peak);
+        modes.min_by(|a, b| share(a).total_cmp(&share(b)))
+    });
+    let mut seen: Vec<Found> = seen.collect();
+    seen.sort_by(|a, b| share(a).total_cmp(&share(b)));
+    let others: Vec<[f64; 2]> =
+        seen.iter().skip(1).map(|mode| [mode.frequency_hz.value, mode.damping_ratio.value]).collect();
+    let mut best = seen.into_iter().next()?;
+    let rows: usize = band.sound.iter().map(ExactSizeIterator::len).sum();
+    let radians = std::f64::consts::TAU * best.frequency_hz.value * rows as f64 * band.interval_s;
+    let damping = &mut best.damping_ratio;
+    damping.stderr = damping.stderr.max((damping.value / radians).sqrt());
+    for [frequency_hz, damping_ratio] in others {
+        damping.stderr = damping.stderr.max((damping_ratio - damping.value).abs());
+        let apart_hz = (frequency_hz - best.frequency_hz.value).abs();
+        best.frequency_hz.stderr = best.frequency_hz.stderr.max(apart_hz);
+    }
+    (share(&best) < HARDLY_KNOWN).then_some(best)
 }
 
 /// Outputs on one even grid.
@@ -194,15 +243,31 @@ fn band_tops_hz(uniform: &[Uniform]) -> Vec<f64> {
     tops
 }
 
+/// The outputs below a frequency.
+struct Band<'s> {
+    signals: &'s [Vec<f64>],
+    sound: &'s [Range<usize>],
+    interval_s: f64,
+    highest_hz: f64,
+}
+
+impl Band<'_> {
+    /// Its modes, with lags shortened by a factor, whose damping is known to a share, and its chart.
+    fn modes(&self, shortened: usize, unknown: f64) -> (Vec<Found>, Option<StabilisationChart>) {
+        of_band((self.signals, self.sound), self.interval_s, self.highest_hz, (shortened, unknown))
+    }
+}
+
 /// The modes of one band, and its chart.
 fn of_band(
     (signals, sound): (&[Vec<f64>], &[Range<usize>]),
     interval_s: f64,
     highest_hz: f64,
+    (shortened, unknown): (usize, f64),
 ) -> (Vec<Found>, Option<StabilisationChart>) {
     let slow: Vec<(Vec<f64>, f64)> =
         signals.iter().map(|signal| decimated(signal, interval_s, PER_PERIOD * highest_hz)).collect();
-    let outputs = Outputs::new(slow, sound, interval_s);
+    let outputs = Outputs::new(slow, sound, interval_s, shortened);
     if outputs.sound_rows() < 40 * STRETCHES / 2 {
         return (Vec::new(), None);
     }
@@ -245,7 +310,7 @@ fn of_band(
                 let [frequency_hz, damping_ratio] = shortened.estimates(order, &pole.pole)?;
                 let [variance, share] = power_of(&pole, poles, &all);
                 let shape = whole.shape(order, &pole)?;
-                let is_mode = share > SMALLEST && damping_ratio.stderr < UNKNOWN * damping_ratio.value;
+                let is_mode = share > SMALLEST && damping_ratio.stderr < unknown * damping_ratio.value;
                 is_mode.then_some(Found { shape, frequency_hz, damping_ratio, variance, share })
             })
         })

@@ -27,6 +27,8 @@ pub(super) struct Outputs {
     pub(super) interval_s: f64,
     /// Rows between gaps.
     sound: Vec<Range<usize>>,
+    /// What the usual block rows are divided by.
+    shortened: usize,
 }
 
 /// Rows beside a gap that the low-pass of the decimation disturbs.
@@ -34,7 +36,12 @@ const BESIDE_GAP: usize = 4;
 
 impl Outputs {
     /// Of outputs that were decimated from an interval (s) at which these rows lie between gaps.
-    pub(super) fn new(slow: Vec<(Vec<f64>, f64)>, sound: &[Range<usize>], from_interval_s: f64) -> Self {
+    pub(super) fn new(
+        slow: Vec<(Vec<f64>, f64)>,
+        sound: &[Range<usize>],
+        from_interval_s: f64,
+        shortened: usize,
+    ) -> Self {
         let interval_s = slow.first().map_or(from_interval_s, |one| one.1);
         let samples: Vec<Vec<f64>> = slow.into_iter().map(|(samples, _)| samples).collect();
         let count = samples.iter().map(Vec::len).min().unwrap_or(0);
@@ -45,7 +52,7 @@ impl Outputs {
             start..end.min(count).max(start)
         };
         let sound = sound.iter().map(slow_rows).filter(|rows| !rows.is_empty()).collect();
-        Self { samples, interval_s, sound }
+        Self { samples, interval_s, sound, shortened }
     }
 
     /// How many rows lie between gaps.
@@ -56,7 +63,7 @@ impl Outputs {
     /// How many block rows the Hankel matrix has.
     pub(super) fn block_rows(&self) -> usize {
         let rows = self.sound.iter().map(ExactSizeIterator::len).max().unwrap_or(0);
-        (MAX_ROWS / self.samples.len().max(1)).min(rows / 10).max(2)
+        (MAX_ROWS / self.shortened.max(1) / self.samples.len().max(1)).min(rows / 10).max(2)
     }
 
     /// Covariances of about that many stretches of the record, equal but for where gaps cut them, up to the

@@ -140,8 +140,8 @@ mod tests {
         model
     }
 
-    /// A second of rest, one of force and one of force back, to the stops on either side: no shift of the base
-    /// makes up for their distance. Then where the base rolls to.
+    /// A second of rest, one of force and one of force back, to the stops on either side: no shift of the
+    /// base makes up for their distance. Then where the base rolls to.
     fn pushed(machine: &Model, size_n: f64) -> Recording {
         let time_s: Vec<f64> = (0..2000).map(|k| 0.01 * f64::from(k)).collect();
         let push = |t: &f64| match *t {

@@ -1,6 +1,7 @@
 //! What all pages are told 30 times a second.
 
 use serde::Serialize;
+use stillbeam_firmware::drive::Lacking;
 
 use super::picture::Span;
 use crate::board::Reply;
@@ -10,7 +11,7 @@ use crate::board::Reply;
 pub struct DriveWords {
     /// Its state.
     pub state: String,
-    /// What it lacks before it may be enabled.
+    /// What is to be done before it may be enabled; empty where nothing is.
     pub lacking: String,
     /// The fault that holds the machine, or `none`.
     pub fault: String,
@@ -20,8 +21,15 @@ impl DriveWords {
     /// Of a reply to `status`.
     pub fn of(status: &Reply) -> Self {
         let line = |key| status.line(key).unwrap_or_default().to_owned();
-        Self { state: line("drive"), lacking: line("lacking"), fault: line("fault") }
+        Self { state: line("drive"), lacking: remedies(&line("lacking")), fault: line("fault") }
     }
+}
+
+/// What to do about what a drive lacks, which `status` tells in words of its own.
+fn remedies(lacking: &str) -> String {
+    let remedy = |word| Lacking::ALL.into_iter().find(|(_, its, _)| *its == word).map_or(word, |(.., it)| it);
+    let words = lacking.split_whitespace().filter(|word| *word != "nothing");
+    words.map(remedy).collect::<Vec<_>>().join("; ")
 }
 
 /// What is now, and the picture since the frame before.
@@ -62,5 +70,19 @@ impl Frame<'_> {
     pub fn to_json(&self) -> String {
         // Numbers, words and lists of them always serialise.
         serde_json::to_string(self).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_drive_lacks_is_told_with_its_remedy() {
+        let told = remedies("emergency_input position");
+        assert!(told.contains("set emergency.input to high, low or waived"), "{told}");
+        assert!(told.contains("; ") && told.contains("position set MM"), "{told}");
+        assert_eq!(remedies("nothing"), "");
+        assert_eq!(remedies("a word of a later firmware"), "a; word; of; a; later; firmware");
     }
 }

@@ -157,7 +157,7 @@ function showDrive() {
   const hasFault = fault && fault !== "none";
   if (hasFault) badge(`fault: ${fault}`, "alarm");
   else badge(state === "enabled" ? `enabled, ${frame.state}` : state, state === "enabled" ? "good" : "quiet");
-  show("lacking", state === "not_ready" && lacking && lacking !== "nothing" ? `Before it can be enabled it lacks: ${lacking}.` : "");
+  show("lacking", state === "not_ready" && lacking ? `Before it can be enabled: ${lacking}.` : "");
   by("enable").disabled = !controls || !["disabled", "not_ready"].includes(state);
   by("disable").disabled = !controls || !["enabled", "enabling"].includes(state);
   by("clear").disabled = !controls || !hasFault;

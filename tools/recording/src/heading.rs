@@ -180,7 +180,9 @@ fn split_unit(text: &str) -> Option<(&str, String)> {
         if let Some((quantity, unit)) = text.split_once(sign)
             && let Some(found) = known(unit.trim())
             && !quantity.trim().is_empty()
-            && (blanks || quantity.trim().chars().count() > 2)
+            && (blanks
+                || quantity.trim().chars().count() > 2
+                || sign == "/" && is_symbol(text, quantity.trim()))
         {
             return Some((quantity.trim(), found));
         }
@@ -207,6 +209,12 @@ fn split_unit(text: &str) -> Option<(&str, String)> {
         unit_of(text).filter(|unit| unit.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_'))?;
     let quantity = text.strip_suffix(unit)?.strip_suffix('_')?;
     Some((quantity, unit.to_owned()))
+}
+
+/// Whether what stands before the slash of a header is the symbol of a quantity (`F/N`, `t/ms`), and not a
+/// unit (`m/s`, `V/g`); `s` is a way as well.
+fn is_symbol(text: &str, quantity: &str) -> bool {
+    known(text).is_none() && (known(quantity).is_none() || quantity == "s")
 }
 
 /// Text as part of a column's name.
@@ -248,6 +256,12 @@ mod tests {
             ("speed_m_s", "speed", Some("m_s")),
             ("a / m/s²", "a", Some("m_s2")),
             ("Weg in µm", "Weg", Some("um")),
+            ("F/N", "F", Some("N")),
+            ("t/ms", "t", Some("ms")),
+            ("a/g", "a", Some("g")),
+            ("s/mm", "s", Some("mm")),
+            ("m/s", "column_3", Some("m_s")),
+            ("V/g", "V_g", None),
             ("C1 in V", "C1", Some("V")),
             ("accelerometerX(G)", "accelerometerX", Some("g")),
             ("field(G)", "field_G", None),
@@ -293,6 +307,7 @@ mod tests {
             "Relative Time",
             "in s",
             "Messzeit",
+            "t/ms",
         ] {
             assert!(Heading::parse(text, 1, None).is_time(0), "{text}");
         }

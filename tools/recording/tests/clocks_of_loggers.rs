@@ -143,3 +143,17 @@ fn one_row_per_axis_is_one_column_per_axis() {
     assert_holds(&states, "a_g", 0.005);
     assert_eq!(read(&states).recording.columns.len(), 1);
 }
+
+#[test]
+fn a_clock_that_leaves_the_century_out_is_a_clock() {
+    for (month_first, day) in [(true, 2), (false, 28)] {
+        let row = |k: u32| {
+            let (minutes, hundredths) = (58 + (k + 5700) / 6000, (k + 5700) % 6000);
+            let date = if month_first { format!("03/{day:02}/25") } else { format!("{day:02}/03/25") };
+            let clock = format!("01:{minutes:02}:{:02}.{:02} PM", hundredths / 100, hundredths % 100);
+            format!("{},{date} {clock},{}", k + 1, signal(k))
+        };
+        let head = "\"Plot Title: Mast 3\"\n\"#\",\"Date Time, GMT+01:00\",\"X Accel, g\"";
+        assert_holds(&log(head, row), "X_Accel_g", 0.01);
+    }
+}

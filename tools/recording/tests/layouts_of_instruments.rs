@@ -207,3 +207,41 @@ fn a_clock_that_counts_by_one_is_a_clock_where_it_states_its_unit() {
         }
     }
 }
+
+#[test]
+fn a_signal_that_goes_on_from_line_to_line_is_one_signal() {
+    let heads = [
+        "PEER STRONG MOTION DATABASE RECORD\nDeck, 3/14/2025, 090\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS=  300, DT=   .0040 SEC\n",
+        "A BRIDGE\nACCELERATION TIME HISTORY IN UNITS OF G\n  300    0.0040   NPTS, DT\n",
+        "acceleration in units of g\n300 points of data equally spaced at .004 sec\n",
+    ];
+    for head in heads {
+        for width in [2, 5, 7, 8] {
+            for end in ["\n", "\r\n"] {
+                let mut text = head.replace('\n', end);
+                for k in 0..ROWS {
+                    text += &format!("  {:.7E}", signal(k));
+                    if (k + 1) % width == 0 || k + 1 == ROWS {
+                        text += end;
+                    }
+                }
+                let found = assert_holds(text.as_bytes(), "acceleration_g", 0);
+                assert!(
+                    found.remarks.iter().any(|remark| remark.contains("one signal")),
+                    "{:?}",
+                    found.remarks
+                );
+            }
+        }
+    }
+}
+
+/// A table's head may state a number too: that of its rows.
+#[test]
+fn a_table_whose_head_counts_its_rows_stays_a_table() {
+    let head = "points 300, DT= .004 sec\n";
+    let row = |k: u32| format!("{:.3} {} {}", f64::from(k) * 0.004, signal(k), 2.0 * signal(k));
+    let found = parse(rows(head, row).as_bytes());
+    assert!(found.recording.len() == ROWS as usize, "{:?}", found.remarks);
+    assert!(!found.remarks.iter().any(|remark| remark.contains("one signal")), "{:?}", found.remarks);
+}

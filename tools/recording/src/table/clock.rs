@@ -61,8 +61,13 @@ pub(crate) fn seconds_after<'t>(mut cells: impl Iterator<Item = &'t str>) -> Opt
     std::iter::once(Some(0.0)).chain(cells.map(|cell| Some(instant(cell)?.since(origin)))).collect()
 }
 
+/// The year that two digits mean.
+fn with_century(digits: i64) -> i64 {
+    if digits < 70 { 2000 + digits } else { 1900 + digits }
+}
+
 /// Days since 1970 of a date; of two small numbers before the year the first is the day, except in
-/// `3/2/2025`.
+/// `3/2/2025` and `03/02/25`.
 fn date(text: &str) -> Option<i64> {
     let sign = text.chars().find(|c| matches!(c, '-' | '/' | '.'))?;
     let parts: Vec<&str> = text.split(sign).collect();
@@ -74,6 +79,9 @@ fn date(text: &str) -> Option<i64> {
         (4, _) => (first, second, third),
         (1..=2, 4) if sign == '/' && (second > 12 || first <= 12) => (third, first, second),
         (1..=2, 4) => (third, second, first),
+        // Loggers leave the century out.
+        (1..=2, 2) if sign == '/' && (second > 12 || first <= 12) => (with_century(third), first, second),
+        (1..=2, 2) if sign == '/' => (with_century(third), second, first),
         _ => return None,
     };
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || !(1900..=2200).contains(&year) {
@@ -149,6 +157,7 @@ mod tests {
             "2025/03/02 09:15:07,5",
             "02.03.2025 09:15:07.5",
             "3/2/2025 9:15:07.5 AM",
+            "03/02/25 09:15:07.5 AM",
             "2025-03-02T09:15:07.5Z",
             "2025-03-02T10:15:07.5+01:00",
             "2025-03-02T04:15:07.5-0500",

@@ -14,6 +14,7 @@ mod encoding;
 mod labels;
 mod lines;
 mod long;
+mod one_signal;
 mod preamble;
 mod rows;
 mod serial_log;
@@ -91,6 +92,7 @@ enum Layout {
     Labels(Separator),
     Stamps,
     Sideways(Separator),
+    OneSignal,
     Wrapped,
 }
 
@@ -101,6 +103,7 @@ impl Layout {
             Self::Labels(_) => "every line names its values: read as a table of them",
             Self::Stamps => "what a terminal or a logger put before every line is the time, by its clock",
             Self::Sideways(_) => "every row is a channel: read as columns",
+            Self::OneSignal => "the lines hold one signal, several values each, by the count in its head",
             Self::Wrapped => "the brackets around every row were left out",
         }
         .to_owned()
@@ -114,6 +117,9 @@ fn laid_out(text: Cow<'_, str>) -> (Cow<'_, str>, Option<Layout>) {
     }
     if let Some(table) = serial_log::stamps_as_cells(&text) {
         return (Cow::Owned(table), Some(Layout::Stamps));
+    }
+    if let Some(table) = one_signal::as_table(&text) {
+        return (Cow::Owned(table), Some(Layout::OneSignal));
     }
     if let Some((table, separator)) = sideways::as_columns(&text) {
         return (Cow::Owned(table), Some(Layout::Sideways(separator)));

@@ -87,18 +87,36 @@ fn runs_at(samples: &[f64], level: f64) -> Vec<Range<usize>> {
     runs
 }
 
+/// A signal has changed sides where it is beyond this share of its root mean square on the other one: noise
+/// crosses zero many times in a row.
+const OTHER_SIDE: f64 = 0.3;
+
+/// Where a signal passes its mean from one side to the other.
+fn crossings(time_s: &[f64], signal: &[f64]) -> Vec<f64> {
+    let count = signal.len().max(1) as f64;
+    let mean = signal.iter().sum::<f64>() / count;
+    let rms = (signal.iter().map(|u| (u - mean) * (u - mean)).sum::<f64>() / count).sqrt();
+    let mut crossings = Vec::new();
+    let mut side = 0.0;
+    let mut passed_s = None;
+    for (t, u) in time_s.windows(2).zip(signal.windows(2)) {
+        let (a, b) = (u[0] - mean, u[1] - mean);
+        if (a < 0.0) != (b < 0.0) {
+            passed_s = Some(t[0] + (t[1] - t[0]) * a / (a - b));
+        }
+        if b.abs() > OTHER_SIDE * rms && b.signum() != side {
+            crossings.extend(passed_s.filter(|_| side != 0.0));
+            side = b.signum();
+        }
+    }
+    crossings
+}
+
 /// The rate (Hz/s) at which a swept sine passes a frequency, from the times of its zero crossings.
 ///
 /// `None` when the signal is not a sweep that passes it.
 pub(crate) fn sweep_rate_at(time_s: &[f64], input: &[f64], frequency_hz: f64) -> Option<f64> {
-    let mean = input.iter().sum::<f64>() / input.len().max(1) as f64;
-    let mut crossings = Vec::new();
-    for (t, u) in time_s.windows(2).zip(input.windows(2)) {
-        let (a, b) = (u[0] - mean, u[1] - mean);
-        if (a < 0.0) != (b < 0.0) {
-            crossings.push(t[0] + (t[1] - t[0]) * a / (a - b));
-        }
-    }
+    let crossings = crossings(time_s, input);
     // Whole periods: half ones alternate when the mean is a little off.
     let points: Vec<(f64, f64)> =
         crossings.windows(3).map(|c| (0.5 * (c[0] + c[2]), 1.0 / (c[2] - c[0]))).collect();
@@ -113,11 +131,20 @@ pub(crate) fn sweep_rate_at(time_s: &[f64], input: &[f64], frequency_hz: f64) ->
     let at = points
         .windows(2)
         .position(|p| (p[0].1 - frequency_hz) * (p[1].1 - frequency_hz) <= 0.0 && p[0].1 != p[1].1)?;
-    // Over a few crossings on either side: single periods scatter.
-    let around = &points[at.saturating_sub(6)..(at + 8).min(points.len())];
-    let (first, last) = (around.first()?, around.last()?);
-    let rate = ((last.1 - first.1) / (last.0 - first.0)).abs();
+    // A line through the crossings on either side: single periods scatter.
+    let beside = (points.len() / 16).max(6);
+    let rate = slope(&points[at.saturating_sub(beside)..(at + beside + 2).min(points.len())]).abs();
     rate.is_finite().then_some(rate)
+}
+
+/// Slope of the straight line that fits points best.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
+    let moments = points.iter().fold((0.0, 0.0), |(xy, xx), point| {
+        (xy + (point.0 - x) * (point.1 - y), xx + (point.0 - x) * (point.0 - x))
+    });
+    moments.0 / moments.1
 }
 
 #[cfg(test)]
@@ -183,5 +210,25 @@ mod tests {
         let rate = sweep_rate_at(&time_s, &exponential, 5.0).unwrap();
         assert!((rate / (k * 5.0) - 1.0).abs() < 0.1, "{rate}");
         assert!(sweep_rate_at(&time_s, &exponential, 9.5).is_none());
+    }
+
+    /// 2 % of noise crosses zero several times where a slow sine does once.
+    #[test]
+    fn noise_on_a_sweep_does_not_change_its_rate() {
+        let time_s: Vec<f64> = (0..40_000).map(|k| 0.002 * f64::from(k)).collect();
+        let tau = std::f64::consts::TAU;
+        let mut state = 5_u64;
+        let noisy: Vec<f64> = time_s
+            .iter()
+            .map(|t| {
+                state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                let noise = (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+                (tau * (0.1 * t + 0.5 * 0.09875 * t * t)).sin() + 0.07 * noise
+            })
+            .collect();
+        for frequency_hz in [1.0, 3.0, 6.0] {
+            let rate = sweep_rate_at(&time_s, &noisy, frequency_hz).unwrap();
+            assert!((rate / 0.09875 - 1.0).abs() < 0.1, "{rate} at {frequency_hz} Hz");
+        }
     }
 }

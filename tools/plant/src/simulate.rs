@@ -167,10 +167,17 @@ fn run_machine(
     options: &SimulateOptions,
 ) -> Result<Columns, PlantError> {
     let sensing = Sensing::new(model)?;
-    let resampled = options.output_rate_hz.is_some();
-    let is_dense = resampled || sensing.looks_between();
     let hold = if zero_order { Hold::ZeroOrder } else { Hold::FirstOrder };
-    let run = plant_run(model, stamps, (input, hold), closed, is_dense, options.longest_step_s)?;
+    // What is wanted at stamps only needs no sub-step kept: there may be millions of them.
+    let every = match options.output_rate_hz {
+        None => Some(1),
+        Some(_) if zero_order => None,
+        Some(_) => stamps.per_output(output_s),
+    };
+    let resampled = every.is_none();
+    let between = resampled || sensing.looks_between();
+    let looks = (every.unwrap_or(1), between);
+    let run = plant_run(model, stamps, (input, hold), closed, looks, options.longest_step_s)?;
     let at_stamps = |samples: &[f64]| run.stamps.iter().map(|&index| samples[index]).collect::<Vec<f64>>();
     let noise_seed = options.sensor_noise.then_some(options.noise_seed);
     let read = |index: usize, samples: &[f64]| {
@@ -187,19 +194,23 @@ fn run_machine(
         output_s.iter().map(|&time_s| dense.before(time_s, &mut place, zero_order)).collect()
     } else {
         // A run that is not dense does not keep what goes into it unchanged.
-        if run.input.is_empty() { input.to_vec() } else { at_stamps(&run.input) }
+        if run.input.is_empty() {
+            input.iter().step_by(looks.0).copied().collect()
+        } else {
+            at_stamps(&run.input)
+        }
     };
     Ok(Columns { input, outputs })
 }
 
-/// The plant over the stamps, every sub-step kept if `is_dense`, in sub-steps of this length or, where none
-/// is given, fine ones.
+/// The plant over the stamps, looked at every so often or, if the second of `looks` is set, in every sub-step
+/// too; in sub-steps of this length or, where none is given, fine ones.
 fn plant_run(
     model: &Model,
     stamps: &Stamps<'_>,
     (input, hold): (&[f64], Hold),
     closed: Option<(&[f64], &[f64])>,
-    is_dense: bool,
+    (every, between): (usize, bool),
     longest_step_s: Option<f64>,
 ) -> Result<Run, PlantError> {
     let start = input.first().copied().unwrap_or(0.0);
@@ -209,25 +220,34 @@ fn plant_run(
         if step_s <= 0.0 || step_s.is_nan() {
             return Err(PlantError::Rate { found_hz: 1.0 / step_s });
         }
-        return machine()?.run(stamps, input, is_held, is_dense);
+        let mut run = machine()?.run(stamps, input, is_held, between)?;
+        run.stamps = run.stamps.into_iter().step_by(every).collect();
+        return Ok(run);
     }
     in_fine_steps(|halvings| {
         let machine = machine()?.with_halvings(halvings);
-        if is_dense {
-            return machine.run(stamps, input, is_held, true);
+        if between {
+            let mut run = machine.run(stamps, input, is_held, true)?;
+            run.stamps = run.stamps.into_iter().step_by(every).collect();
+            return Ok(run);
         }
-        let look = Look { every: 1, between: false, smooth_s: Some(machine.longest_step_s()) };
+        let look = Look { every, between, smooth_s: Some(machine.longest_step_s()) };
         machine.run_lean(stamps, (input, hold), look)
     })
 }
 
 /// Halvings of the sub-steps at most: a machine that chatters settles at no length.
 const MOST_HALVINGS: u32 = 4;
+/// Sub-steps that are kept at most for the sake of another halving.
+const MOST_KEPT: usize = 4_000_000;
 
 /// A run whose steps, halved once more, change nothing; `run_in` makes one in steps halved so often.
 fn in_fine_steps(run_in: impl Fn(u32) -> Result<Run, PlantError>) -> Result<Run, PlantError> {
     let mut run = run_in(0)?;
     for halvings in 1..=MOST_HALVINGS {
+        if 2 * run.time_s.len() > MOST_KEPT {
+            break;
+        }
         let finer = run_in(halvings)?;
         let is_settled = finer.is_near(&run);
         run = finer;

@@ -83,4 +83,15 @@ impl<'a> Stamps<'a> {
         }
         Ok((0..rows as usize).map(|index| first_s + index as f64 / rate_hz).collect())
     }
+
+    /// How many stamps go by from one output time to the next, where all of these are stamps.
+    pub(crate) fn per_output(&self, output_s: &[f64]) -> Option<usize> {
+        let interval_s = self.interval_s(0)?;
+        let every = ((output_s.get(1)? - output_s.first()?) / interval_s).round() as usize;
+        let is_stamp = |(index, time_s): (usize, &f64)| {
+            index * every < self.len() && (self.at(index * every) - time_s).abs() < 1e-6 * interval_s
+        };
+        let fills = output_s.len() == (self.len().checked_sub(1)? / every.max(1)) + 1;
+        (every > 0 && fills && output_s.iter().enumerate().all(is_stamp)).then_some(every)
+    }
 }

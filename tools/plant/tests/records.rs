@@ -3,7 +3,7 @@
 use crate::support;
 
 use stillbeam_plant::{
-    Model, PlantError, PrescribedBase, ServoDrive, SimulateOptions, simulate, simulate_with,
+    Model, Physics, PlantError, PrescribedBase, ServoDrive, SimulateOptions, simulate, simulate_with,
 };
 use stillbeam_recording::Recording;
 
@@ -132,6 +132,34 @@ fn resampling_at_the_inputs_own_rate_keeps_every_row() {
             for column in ["time_s", "setpoint_m", "tip_deflection_m"] {
                 let (same, direct) = (same.column(column), direct.column(column));
                 assert!(worst(same.unwrap(), direct.unwrap()) < 1e-12);
+            }
+        }
+    }
+}
+
+/// What is wanted at some of the stamps is what there is at all of them, laws at work too.
+#[test]
+fn an_output_rate_that_divides_the_inputs_looks_at_some_of_its_stamps() {
+    let text = "schema = 1\nkind = \"lumped\"\nbody = [{ name = \"cart\", mass = 2.0 }]\n\
+        spring = [{ between = [\"cart\", \"ground\"], stiffness = 300.0 }]\n\
+        input = { column = \"force_N\", body = \"cart\" }\n\
+        output = [{ column = \"cart_m\", body = \"cart\" }]\n";
+    let time_s = ticks(4001, 1000.0);
+    let force = time_s.iter().map(|t| 8.0 * (7.0 * t * (1.0 + t)).sin()).collect();
+    let recording = Recording::new("run", time_s).with_column("force_N", force);
+    for law in [
+        Physics::new("cubic_stiffness", "cart").with("stiffness", 2e4),
+        Physics::new("coulomb_friction", "cart").with("force", 0.7),
+    ] {
+        let mut model = Model::from_toml("cart.toml", text).unwrap();
+        model.setup_mut().physics = vec![law];
+        let all = simulate(&model, &recording).unwrap();
+        for (rate_hz, every) in [(1000.0, 1), (250.0, 4), (8.0, 125)] {
+            let options = SimulateOptions { output_rate_hz: Some(rate_hz), ..SimulateOptions::default() };
+            let some = simulate_with(&model, &recording, &options).unwrap();
+            for column in ["time_s", "force_N", "cart_m"] {
+                let picked: Vec<f64> = all.column(column).unwrap().iter().copied().step_by(every).collect();
+                assert!(worst(some.column(column).unwrap(), &picked) < 1e-6, "{rate_hz} Hz, {column}");
             }
         }
     }

@@ -203,8 +203,9 @@ pub(crate) fn in_both(some: &[Range<usize>], others: &[Range<usize>]) -> Vec<Ran
 }
 
 /// A driven record cut at the gaps in which its input may have driven it, each part as a record of its own;
-/// `None` where there are none. An input that rests on both sides of a gap rested in it.
-pub(crate) fn driven_stretches(recording: &Recording, input: &str) -> Option<Vec<Recording>> {
+/// `None` where there are none. An input that rests on both sides of a gap rested in it. Parts of fewer than
+/// 64 rows, and such in which the input rests, are left out.
+pub fn driven_stretches(recording: &Recording, input: &str) -> Option<Vec<Recording>> {
     let samples = recording.column(input).ok().filter(|samples| samples.len() == recording.time_s.len())?;
     let rows: Vec<usize> = (0..samples.len()).filter(|row| samples[*row].is_finite()).collect();
     let time_s: Vec<f64> = rows.iter().map(|row| recording.time_s[*row]).collect();

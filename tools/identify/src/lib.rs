@@ -107,6 +107,7 @@ pub use forced_fit::{
     ForcedOptions, MAX_MODES, identify_forced, identify_forced_together, usual_max_delay_s,
 };
 pub use free_decay::{FreeDecayOptions, identify_free_decay};
+pub use gaps::driven_stretches;
 pub use interpolation::InputInterpolation;
 pub use levenberg_marquardt::StopReason;
 pub use linearity::{Linearity, LinearityVerdict};

@@ -193,15 +193,16 @@ impl BoardSide {
         let (session, stops) = (&mut self.session, &self.desk.stops);
         let mut doer = Doer { session, stops, stops_before, is_virtual: self.is_virtual };
         let done = doer.perform(&order);
-        if done.is_ok() {
-            self.has_enabled |= order == Order::Enable;
-            if order.is_motion() {
-                self.own_motion = OwnMotion::Asked;
-            }
-            if let Order::Sweep { from_hz, to_hz, seconds, .. } = order {
-                let first_tick = self.last.map_or(0, |sample| sample.tick);
-                self.desk.note_sweep(Sweep { first_tick, from_hz, to_hz, seconds });
-            }
+        // What failed half way may have been done all the same.
+        self.has_enabled |= order == Order::Enable;
+        if order.is_motion() {
+            self.own_motion = OwnMotion::Asked;
+        }
+        if done.is_ok()
+            && let Order::Sweep { from_hz, to_hz, seconds, .. } = order
+        {
+            let first_tick = self.last.map_or(0, |sample| sample.tick);
+            self.desk.note_sweep(Sweep { first_tick, from_hz, to_hz, seconds });
         }
         // The page may have gone.
         let _told = answer.send(done);
